@@ -16,17 +16,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description="Speed beside scipy and heyoka.")
     parser.add_argument("path", type=Path, help="JSON document to write")
     parser.add_argument("--quick", action="store_true", help="less of everything: a minute instead of ten")
-    given = parser.parse_args()
+    arguments = parser.parse_args()
     began = time.perf_counter()
 
     def progress(message: str) -> None:
         print(f"[{time.perf_counter() - began:6.1f} s] {message}", file=sys.stderr, flush=True)
 
-    bench = run(given.quick, progress)
-    given.path.parent.mkdir(parents=True, exist_ok=True)
-    given.path.write_text(bench.model_dump_json(indent=1) + "\n", "utf-8")
+    bench = run(arguments.quick, progress)
+    arguments.path.parent.mkdir(parents=True, exist_ok=True)
+    arguments.path.write_text(bench.model_dump_json(indent=1) + "\n", "utf-8")
     print(tables(bench))
-    print(f"Written: {given.path.resolve()}")
+    print(f"Written: {arguments.path.resolve()}")
 
 
 if __name__ == "__main__":

@@ -35,24 +35,26 @@ def random_plane(points: int) -> Iterator[Point]:
     """Compare random points of the plane, in lockstep, with 48-digit arithmetic."""
     for omega, clearances in plane_points(DEFAULT, -(-points // CLEARANCES), CLEARANCES):
         for clearance in clearances:
-            found = compare_lockstep(DEFAULT, omega, np.array([clearance]))
-            yield DEFAULT, omega, float(clearance), found[0]
+            accuracies = compare_lockstep(DEFAULT, omega, np.array([clearance]))
+            yield DEFAULT, omega, float(clearance), accuracies[0]
 
 
 def main(points: int, lockstep: bool) -> None:
     """Print the table."""
     lines = []
     compared = islice(random_plane(points) if lockstep else random_chains(points), points)
-    for number, (oscillator, omega, clearance, found) in enumerate(compared):
-        ratio = found.error / found.amplification
+    for number, (oscillator, omega, clearance, accuracy) in enumerate(compared):
+        ratio = accuracy.error / accuracy.amplification
         k = int(np.argmax(ratio)) if len(ratio) else None
-        worst = "-" if k is None else f"{found.error[k]:.1e}  {found.amplification[k]:13.1e}  {found.worst:19.1e}"
+        worst = (
+            "-" if k is None else f"{accuracy.error[k]:.1e}  {accuracy.amplification[k]:13.1e}  {accuracy.worst:19.1e}"
+        )
         text = (
             f"{number:4d} {oscillator.size:2d}  {'links' if oscillator.gamma is None else 'gamma'}  "
-            f"{oscillator.restitution:.3f}  {omega:.3f}  {clearance:.2e}  {len(found.error):7d}  "
-            f"{'yes' if found.complete else 'NO':>9}  {worst}"
+            f"{oscillator.restitution:.3f}  {omega:.3f}  {clearance:.2e}  {len(accuracy.error):7d}  "
+            f"{'yes' if accuracy.complete else 'NO':>9}  {worst}"
         )
-        lines.append((found.worst, text))
+        lines.append((accuracy.worst, text))
         print(f"\r{number + 1} of {points}", end="", file=sys.stderr, flush=True)
     print(file=sys.stderr)
     print("seed  N  damping  R     omega  clearance  impacts  all there  error    amplification  error/amplification")
@@ -64,5 +66,5 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("points", type=int, nargs="?", default=50)
     parser.add_argument("--lockstep", action="store_true", help="the kernel of maps")
-    given = parser.parse_args()
-    main(given.points, given.lockstep)
+    arguments = parser.parse_args()
+    main(arguments.points, arguments.lockstep)

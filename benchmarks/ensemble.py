@@ -129,7 +129,7 @@ def first_impacts(
     static = equilibrium(oscillator)
     x = static if displacement is None else np.asarray(displacement, dtype=np.float64)
     v = np.zeros(size) if velocity is None else np.asarray(velocity, dtype=np.float64)
-    right, left = np.array([both_clearances(one) for one in clearance]).T
+    right, left = np.array([both_clearances(distance) for distance in clearance]).T
     place = float(oscillator.contact @ x)
     if not np.all((-left < place) & (place < right)):
         raise ParameterError("clearance", "must have the initial state between the stops")

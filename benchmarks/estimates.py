@@ -85,10 +85,10 @@ class Measured(NamedTuple):
         body.pop("oscillator", None)
         named = {"matrices": "dense"} if "matrices" in described else {"damping": described.get("damping")}
         named |= {name: described[name] for name in ("restitution", "contact", "bias") if name in described}
-        said = f"N {request.oscillator.size}, {short(named)}, {short(body)}"
+        description = f"N {request.oscillator.size}, {short(named)}, {short(body)}"
         mark = "" if self.whole else ">"
         times = f"{mark}{self.seconds:.3f} s, estimate {self.estimate:.3g} s"
-        return f"{self.process:<23}{mark}{self.ratio:8.2f}  {times}; {said}"
+        return f"{self.process:<23}{mark}{self.ratio:8.2f}  {times}; {description}"
 
 
 def short(value: Any) -> str:
@@ -190,19 +190,20 @@ def main() -> int:
         warmup.load(step)
     for masses in MAP_MASSES:
         warmup.load(f"diagrams-{masses}")
-    found: list[Measured] = []
+    measurements: list[Measured] = []
     first = int(sys.argv[2]) if len(sys.argv) > 2 else 0
     for process in sys.argv[3:] or KINDS:
-        seed, enough = first, len(found) + count
-        while len(found) < enough and seed < first + 20 * count:
-            one = measured(process, seed)
+        seed, enough = first, len(measurements) + count
+        while len(measurements) < enough and seed < first + 20 * count:
+            measurement = measured(process, seed)
             seed += 1
-            if one is not None:
-                found.append(one)
-                print(f"{seed - 1:3} {one.line}", flush=True)
-    within, over = sum(one.true for one in found), sum(one.over for one in found)
-    print(f"{within} of {len(found)} between {WITHIN[0]} and {WITHIN[1]}, {over} over their limit")
-    return 0 if within >= 0.9 * len(found) and not over else 1
+            if measurement is not None:
+                measurements.append(measurement)
+                print(f"{seed - 1:3} {measurement.line}", flush=True)
+    within = sum(measurement.true for measurement in measurements)
+    over = sum(measurement.over for measurement in measurements)
+    print(f"{within} of {len(measurements)} between {WITHIN[0]} and {WITHIN[1]}, {over} over their limit")
+    return 0 if within >= 0.9 * len(measurements) and not over else 1
 
 
 if __name__ == "__main__":

@@ -187,7 +187,7 @@ class _ContactSearch:
     def run(self, start: Start, clearances: Floats) -> Floats:
         """Return the first contact for every clearance, NaN for none."""
         state = np.concatenate([start.displacement, start.velocity, [math.sin(start.phase), math.cos(start.phase)]])
-        found = np.empty(len(clearances))
+        contacts = np.empty(len(clearances))
         for first in range(0, len(clearances), self.batch):
             lanes = np.minimum(np.arange(first, first + self.batch), len(clearances) - 1)
             self._first[:] = np.inf
@@ -197,5 +197,5 @@ class _ContactSearch:
             self._integrator.pars[1] = start.omega
             self._integrator.propagate_until(np.full(self.batch, 2.0 * math.pi / start.omega))
             count = min(self.batch, len(clearances) - first)
-            found[first : first + count] = self._first[:count]
-        return np.where(np.isfinite(found), found, np.nan)
+            contacts[first : first + count] = self._first[:count]
+        return np.where(np.isfinite(contacts), contacts, np.nan)

@@ -88,13 +88,13 @@ def main() -> int:
                 began = time.perf_counter()
                 job = client.submit("unfolding-maps", about)
                 texts = waited(job)
-                wall, found = time.perf_counter() - began, job.job
-                assert found.cpu_seconds is not None
-                share = found.cpu_seconds / found.estimate.seconds
+                wall, record = time.perf_counter() - began, job.job
+                assert record.cpu_seconds is not None
+                share = record.cpu_seconds / record.estimate.seconds
                 compiled = [text for text in texts if "kernels" in text]
                 wrong += share > slower or (number == 2 and bool(compiled))
                 print(
-                    f"{title}, map {number}: {found.cpu_seconds:.1f} s of processor time, {share:.2f} of the estimate;"
+                    f"{title}, map {number}: {record.cpu_seconds:.1f} s of processor time, {share:.2f} of the estimate;"
                     f" {wall:.1f} s in all; waited for: {'; '.join(texts) or 'nothing'}",
                     flush=True,
                 )

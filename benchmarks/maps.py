@@ -194,6 +194,6 @@ def _compute(block: Block) -> Answer:
     """Compute a block, the core's seconds counted."""
     tile = _TILES[block.mode]
     began = time.process_time()
-    found = tile(chain(3), block.omegas, block.clearances, block.periods)
+    classified = tile(chain(3), block.omegas, block.clearances, block.periods)
     seconds = time.process_time() - began
-    return Answer(os.getpid(), seconds, found)
+    return Answer(os.getpid(), seconds, classified)

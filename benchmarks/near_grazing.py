@@ -36,7 +36,7 @@ def count(contestants: Sequence[tuple[Contestant, int]], progress: Callable[[str
     rows: list[GrazingRow] = []
     for tool, cases in contestants:
         omegas = np.random.default_rng(SEED).uniform(*OMEGA, cases)
-        found = np.zeros(len(OVERSHOOTS), dtype=np.int64)
+        hits = np.zeros(len(OVERSHOOTS), dtype=np.int64)
         invented = np.zeros(len(OVERSHOOTS), dtype=np.int64)
         largest = np.zeros(len(OVERSHOOTS))
         for omega in omegas:
@@ -46,15 +46,15 @@ def count(contestants: Sequence[tuple[Contestant, int]], progress: Callable[[str
             inside, outside = np.split(times, 2)
             error = np.abs(omega * inside - np.array([math.asin(1.0 - d) for d in OVERSHOOTS]))
             seen = error <= FOUND_WITHIN  # False for NaN
-            found += seen
+            hits += seen
             largest = np.maximum(largest, np.where(seen, error, 0.0))
             invented += np.isfinite(outside)
         rows += [
             GrazingRow(
-                tool=tool.name, overshoot=d, cases=cases, found=int(found[i]), invented=int(invented[i]),
+                tool=tool.name, overshoot=d, cases=cases, found=int(hits[i]), invented=int(invented[i]),
                 largest_error=float(largest[i]),
             )
             for i, d in enumerate(OVERSHOOTS)
         ]  # fmt: skip
-        progress(f"{tool.name}: {cases} frequencies, {int(found.sum())} of {cases * len(OVERSHOOTS)} found")
+        progress(f"{tool.name}: {cases} frequencies, {int(hits.sum())} of {cases * len(OVERSHOOTS)} found")
     return rows

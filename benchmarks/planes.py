@@ -99,16 +99,16 @@ def body(across: str, up: str, point: Point) -> dict[str, Any]:
         return {"vary": name, "values": {"start": start, "stop": stop, "points": points}}
 
     varied = {across, up}
-    found: dict[str, Any] = {"horizontal": axis(across, COLUMNS), "vertical": axis(up, ROWS)}
+    request: dict[str, Any] = {"horizontal": axis(across, COLUMNS), "vertical": axis(up, ROWS)}
     if "omega" not in varied:
-        found["omega"] = point.omega
+        request["omega"] = point.omega
     if "clearance_right" in varied:
-        found["clearance"] = {"left": None if "clearance_left" in varied else point.clearance}
+        request["clearance"] = {"left": None if "clearance_left" in varied else point.clearance}
     elif "clearance" not in varied:
-        found["clearance"] = point.clearance
+        request["clearance"] = point.clearance
     if "bias" in varied:
-        found["oscillator"] = {"bias": [BIAS, 0.0, 0.0]}
-    return found
+        request["oscillator"] = {"bias": [BIAS, 0.0, 0.0]}
+    return request
 
 
 def milliseconds(across: str, up: str, points: list[Point]) -> list[float]:

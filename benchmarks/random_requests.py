@@ -83,15 +83,15 @@ class Draw:
     def line(self) -> Body:
         """Return what requests along one parameter have, without the number of points in `range`."""
         omega, clearance = self.window()
-        one = "clearance" if self.left == self.clearance else "clearance_right"
-        vary = str(self.random.choice(["omega", one, "restitution", "forcing"]))
+        clearance_name = "clearance" if self.left == self.clearance else "clearance_right"
+        vary = str(self.random.choice(["omega", clearance_name, "restitution", "forcing"]))
         body: Body = {"oscillator": self.oscillator, "vary": vary, "omega": self.omega, "clearance": self.stops}
         body["range"] = {"restitution": {"start": 0.3, "stop": 0.9}, "forcing": {"start": 0.8, "stop": 1.2}}.get(vary)
         if vary == "omega":
             del body["omega"]
             body["range"] = omega
-        elif vary == one:
-            body["clearance"] = {"left": self.left} if one != "clearance" and self.left is not None else None
+        elif vary == clearance_name:
+            body["clearance"] = {"left": self.left} if clearance_name != "clearance" and self.left is not None else None
             body["range"] = clearance
         return {name: value for name, value in body.items() if value is not None}
 
@@ -334,8 +334,8 @@ def proofs(draw: Draw) -> Sized:
             "range": {"start": 1.8, "stop": 1.95},
         },
     ]
-    said = statements[int(draw.random.choice(4))]
-    return lambda size: {"statement": said, "digits": many(20 * size**0.25, 200, 10)}
+    statement = statements[int(draw.random.choice(4))]
+    return lambda size: {"statement": statement, "digits": many(20 * size**0.25, 200, 10)}
 
 
 def many(number: float, most: int, least: int = 1) -> int:

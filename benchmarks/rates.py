@@ -91,8 +91,8 @@ def main() -> None:
         works.append(work)
         times.append(seconds)
         ratios.append(ratio)
-    found, _ = nnls(np.array(works) / np.array(times)[:, None], np.ones(len(times)))
-    for name, value in zip(RATES, found, strict=True):
+    coefficients, _ = nnls(np.array(works) / np.array(times)[:, None], np.ones(len(times)))
+    for name, value in zip(RATES, coefficients, strict=True):
         sys.stdout.write(f"{name:<28}{value:.1e} s\n")
     low, middle, high = np.quantile(ratios, [0.05, 0.5, 0.95])
     sys.stdout.write(f"impacts over those estimated {middle:.2f}, nine in ten between {low:.2f} and {high:.2f}\n")

@@ -81,10 +81,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.report", description="The page of a benchmark run.")
     parser.add_argument("path", type=Path, help="JSON document that a run has written")
     parser.add_argument("--pictures", type=Path, default=Path("docs/pictures"), help="folder for the picture")
-    given = parser.parse_args()
-    bench = Bench.model_validate_json(given.path.read_text("utf-8"))
-    draw(bench, given.pictures / PICTURE)
-    sys.stdout.write(page(bench, f"{given.pictures.name}/{PICTURE}"))
+    arguments = parser.parse_args()
+    bench = Bench.model_validate_json(arguments.path.read_text("utf-8"))
+    draw(bench, arguments.pictures / PICTURE)
+    sys.stdout.write(page(bench, f"{arguments.pictures.name}/{PICTURE}"))
 
 
 if __name__ == "__main__":

@@ -106,10 +106,10 @@ def _grazing(bench: Bench) -> str:
     for row in bench.grazing:
         tools.setdefault(row.tool, []).append(row)
     rows = []
-    for tool, found in tools.items():
-        by_overshoot = {row.overshoot: row for row in found}
+    for tool, tool_rows in tools.items():
+        by_overshoot = {row.overshoot: row for row in tool_rows}
         cells = [_found(by_overshoot[overshoot]) for overshoot in overshoots]
-        rows.append((tool, str(found[0].cases), *cells, str(sum(row.invented for row in found))))
+        rows.append((tool, str(tool_rows[0].cases), *cells, str(sum(row.invented for row in tool_rows))))
     head = ("tool", "frequencies", *(f"{overshoot:g}" for overshoot in overshoots), "false contacts")
     return (
         wrapped(

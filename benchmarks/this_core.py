@@ -69,15 +69,15 @@ def fixed_length(oscillator: Oscillator, omega: float, clearances: Floats, perio
 
 def impact_times(oscillator: Oscillator, omega: float, clearance: float, periods: int) -> Floats:
     """Return the times of all impacts within so many forcing periods, from rest."""
-    found = first_impacts(oscillator, omega, np.array([clearance]), periods, first=MOST_IMPACTS)
-    times: Floats = found.half[0] * (np.pi / omega) + found.time[0]
-    return times[: found.impacts[0]]
+    ensemble = first_impacts(oscillator, omega, np.array([clearance]), periods, first=MOST_IMPACTS)
+    times: Floats = ensemble.half[0] * (np.pi / omega) + ensemble.time[0]
+    return times[: ensemble.impacts[0]]
 
 
 def first_contacts(oscillator: Oscillator, start: Start, clearances: Floats) -> Floats:
     """Return the time of the first contact within one forcing period, NaN if there is none, shape (clearances,)."""
-    found = first_impacts(oscillator, start.omega, clearances, 1, 1, start.displacement, start.velocity, start.phase)
-    times: Floats = np.where(found.half < 0, np.nan, found.half * (np.pi / start.omega) + found.time)[:, 0]
+    ensemble = first_impacts(oscillator, start.omega, clearances, 1, 1, start.displacement, start.velocity, start.phase)
+    times: Floats = np.where(ensemble.half < 0, np.nan, ensemble.half * (np.pi / start.omega) + ensemble.time)[:, 0]
     return times
 
 

@@ -30,12 +30,12 @@ def main() -> None:
                 "max_periods": PERIODS,
             },
         )
-        found = job.wait(timeout=600, progress=False).result()
+        result = job.wait(timeout=600, progress=False).result()
         record = client.job(job.id).job
-    if record.started is None or record.finished is None or not isinstance(found, grazemap.UnfoldingMap):
+    if record.started is None or record.finished is None or not isinstance(result, grazemap.UnfoldingMap):
         raise RuntimeError("the job has not run to its end")
     seconds = (datetime.fromisoformat(record.finished) - datetime.fromisoformat(record.started)).total_seconds()
-    settled = float((found.kind == found.kinds.index("periodic")).mean())
+    settled = float((result.kind == result.kinds.index("periodic")).mean())
     sys.stdout.write(
         f"{SIDE} x {SIDE} points, {PERIODS} periods at most: {seconds:.1f} s in {record.estimate.tiles} tiles, "
         f"{settled:.1%} periodic\n"

@@ -120,14 +120,14 @@ def computed_points(client: Client) -> Figure:
 
 def basins(client: Client) -> Figure:
     """Draw where motions lead that start in a rectangle of initial states."""
-    found = client.basins(
+    basin_map = client.basins(
         omega=0.285,
         clearance=1.92,
         horizontal=("displacement", 1, (-1.9, 1.9)),
         vertical=("velocity", 1, (-1.0, 1.0)),
         shape=(96, 96),
     )
-    return found.plot().figure
+    return basin_map.plot().figure
 
 
 def multipliers(client: Client) -> Figure:
@@ -142,8 +142,8 @@ def branch(client: Client) -> Figure:
 
 def branch_multipliers(client: Client) -> Figure:
     """Draw the multipliers along the same branch."""
-    found = client.orbit_branch(omega=0.29, clearance=1.6, motion=(1, [1, 1, -1, -1]), range=(1.3, 1.9))
-    return found.plot_multipliers().figure
+    along = client.orbit_branch(omega=0.29, clearance=1.6, motion=(1, [1, 1, -1, -1]), range=(1.3, 1.9))
+    return along.plot_multipliers().figure
 
 
 def bifurcation_curves(client: Client) -> Figure:
@@ -167,8 +167,8 @@ def unfolded_pitchfork(client: Client) -> Figure:
         oscillator = Oscillator(bias=[force, 0.0, 0.0])
         for (label, motion), colour in zip(branches.items(), ("#2299BB", "#FF9966"), strict=True):
             known = {"period": 1, "stops": [1, -1], **motion}
-            found = client.orbit_branch(oscillator, omega=0.27, clearance=1.835, motion=known, range=(1.80, 1.86))
-            found.plot(ax, colour=colour, label=label)
+            along = client.orbit_branch(oscillator, omega=0.27, clearance=1.835, motion=known, range=(1.80, 1.86))
+            along.plot(ax, colour=colour, label=label)
         ax.set(title=f"static force {force:g} on mass 1", ylim=(-0.03, 0.2))
     return figure
 
@@ -220,17 +220,17 @@ def colours_of(ax: Axes) -> set[str]:
     """Return the colours #RRGGBB of the lines, symbols and regions of axes; colours on a scale are left out."""
     from matplotlib.colors import ListedColormap, to_hex
 
-    found: set[str] = set()
+    colours: set[str] = set()
     for line in ax.lines:
         if line.get_linestyle() not in ("None", "none"):
-            found.add(to_hex(line.get_color()))
+            colours.add(to_hex(line.get_color()))
         if line.get_marker() not in ("None", None, ""):
-            found.add(to_hex(line.get_markerfacecolor()))
+            colours.add(to_hex(line.get_markerfacecolor()))
     for mesh in (*ax.collections, *ax.images):
         chosen = getattr(mesh, "cmap", None)
         if isinstance(chosen, ListedColormap) and chosen.N < 64:
-            found |= {to_hex(colour) for colour in chosen(range(chosen.N))}
-    return {colour.upper() for colour in found}
+            colours |= {to_hex(colour) for colour in chosen(range(chosen.N))}
+    return {colour.upper() for colour in colours}
 
 
 def least_distances(colours: set[str]) -> tuple[float, float]:
@@ -240,7 +240,7 @@ def least_distances(colours: set[str]) -> tuple[float, float]:
     seen = [Color(colour) for colour in sorted(colours)]
     blind = [colour.filter("deutan", 1.0) for colour in seen]
     normal, simulated = (
-        min((one.delta_e(other, method="2000") for one, other in itertools.combinations(view, 2)), default=np.inf)
+        min((colour.delta_e(other, method="2000") for colour, other in itertools.combinations(view, 2)), default=np.inf)
         for view in (seen, blind)
     )
     return normal, simulated

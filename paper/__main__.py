@@ -74,7 +74,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m paper", description="The paper, reproduced.")
     parser.add_argument("--docs", type=Path, default=Path("docs"), help="folder of the page")
     parser.add_argument("--points", type=int, default=POINTS, help="clearances on each of Figure 9's two lines")
-    given = parser.parse_args()
+    arguments = parser.parse_args()
     started = time.monotonic()
 
     def say(text: str) -> None:
@@ -86,14 +86,14 @@ def main() -> None:
         for section in first_part(client):
             sections.append(section)
             say(section.title)
-        motions, samples = figure_9(client, given.points)
+        motions, samples = figure_9(client, arguments.points)
         say(motions[0].title)
         sections.append(figure_8(client, samples))
         say(sections[-1].title)
         sections += motions
         cpu = str(client.grazing_curve(omega=[0.1, 0.2, 0.3], progress=False).meta["numerics"]["cpu"])
-        write(given.docs, sections, cpu)
-    say(f"written: {given.docs / PAGE} and {sum(len(section.pictures) for section in sections)} pictures")
+        write(arguments.docs, sections, cpu)
+    say(f"written: {arguments.docs / PAGE} and {sum(len(section.pictures) for section in sections)} pictures")
 
 
 if __name__ == "__main__":

@@ -35,8 +35,8 @@ def nearest(points: CodimensionTwoPoints, order: int) -> CodimensionTwoPoint:
 
 def computed_points(client: Client) -> dict[str, tuple[float, float]]:
     """Return omega and clearance of the point with xi_1 = 0 next to the printed one, for each reading."""
-    found = {name: nearest(points_of(client, name), 2) for name in READINGS}
-    return {name: (point.omega, point.clearance) for name, point in found.items()}
+    points = {name: nearest(points_of(client, name), 2) for name in READINGS}
+    return {name: (point.omega, point.clearance) for name, point in points.items()}
 
 
 def figure_5(client: Client) -> Section:

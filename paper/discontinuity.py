@@ -96,8 +96,8 @@ def unfolding(client: Client) -> Section:
     section.show(
         ["omega", "x", "b - A, simulated", "b - A, leading order", "ratio"],
         [
-            [f"{omega:.4f}", f"{x:.6f}", f"{found:.6f}", f"{leading:.6f}", f"{found / leading:.3f}"]
-            for omega, x, found, leading in swept
+            [f"{omega:.4f}", f"{x:.6f}", f"{simulated:.6f}", f"{leading:.6f}", f"{simulated / leading:.3f}"]
+            for omega, x, simulated, leading in swept
         ],
     )
     return section
@@ -149,8 +149,8 @@ def _swept(client: Client, point: CodimensionTwoPoint) -> list[tuple[float, floa
         )  # fmt: skip
         hits = (umap.impacts_right[:, 0] == 1) | (umap.impacts_left[:, 0] == 1)
         last = int(np.flatnonzero(hits & (umap.kind[:, 0] == umap.kinds.index("periodic")))[-1])
-        found = float(umap.vertical[last]) - amplitude
-        rows.append((omega, x, found, leading))
+        simulated = float(umap.vertical[last]) - amplitude
+        rows.append((omega, x, simulated, leading))
     return rows
 
 

@@ -143,24 +143,24 @@ def _mapped_state(client: Client, section: Section) -> None:
 
 def _cases(client: Client, section: Section, omega: float) -> None:
     """Multiply out (42) and compare with (45), (57), (58)."""
-    one, two = (
+    right, left = (
         client.discontinuity_mapping(CHAIN, omega=omega, overshoot=[1e-3], stop=stop, returns=ORDERS, progress=False)
         for stop in ("right", "left")
     )
-    p1, p2 = one.jacobian, one.jacobian_opposite
+    p1, p2 = right.jacobian, right.jacobian_opposite
     power = np.linalg.matrix_power
     rows, off = [], 0.0
     for n in range(3):
         there, back = power(p2 @ p1, n), power(p1 @ p2, n)
         products = (
-            there @ one.grazing.beta,
-            p2 @ back @ two.grazing.beta,
-            p1 @ there @ one.grazing.beta,
-            back @ p1 @ p2 @ two.grazing.beta,
+            there @ right.grazing.beta,
+            p2 @ back @ left.grazing.beta,
+            p1 @ there @ right.grazing.beta,
+            back @ p1 @ p2 @ left.grazing.beta,
         )
         values = [-float(product[0]) for product in products]  # h_x^D = (-1, 0, ..., 0)
         orders = (2 * n, 2 * n + 1, 2 * n + 1, 2 * n + 2)
-        for value, order, source in zip(values, orders, (one, two, one, two), strict=True):
+        for value, order, source in zip(values, orders, (right, left, right, left), strict=True):
             off = max(off, abs(value - (source.xi[order - 1] if order else 0.0)))
         rows.append([str(n), *(f"{_plain(value)} (m = {order})" for value, order in zip(values, orders, strict=True))])
     section.say(

@@ -21,9 +21,9 @@ def figure_9(client: Client, points: int) -> tuple[list[Section], list[Sample]]:
         name: [motions_along(client, name, omega, *limits, points) for omega, (limits, _) in REGIONS.items()]
         for name in READINGS
     }
-    found = {name: [regions_of(client, line) for line in lines[name]] for name in READINGS}
-    sections, all_samples = [_head(found, points, lines[GAMMA])], []
-    for line, regions in zip(lines[GAMMA], found[GAMMA], strict=True):
+    by_reading = {name: [regions_of(client, line) for line in lines[name]] for name in READINGS}
+    sections, all_samples = [_head(by_reading, points, lines[GAMMA])], []
+    for line, regions in zip(lines[GAMMA], by_reading[GAMMA], strict=True):
         samples = _samples(client, line.omega, regions)
         all_samples += samples
         sections.append(_of_line(line, regions, samples))
@@ -93,9 +93,9 @@ def _verified(samples: list[Sample]) -> str:
             text += f"{name} the motion does not close; {DRAWN} periods of it are drawn."
     by_letter = {sample.region.letter: sample for sample in orbits if sample.stable}
     alike = [
-        f"{one.region.letter} and {other.region.letter}"
-        for one, other in combinations(by_letter.values(), 2)
-        if one.row[-1] == other.row[-1]
+        f"{sample.region.letter} and {other.region.letter}"
+        for sample, other in combinations(by_letter.values(), 2)
+        if sample.row[-1] == other.row[-1]
     ]
     if alike:
         text += (
@@ -118,17 +118,17 @@ def _not_found(client: Client, omega: float, regions: Regions, samples: list[Sam
     sections = []
     by_letter = {sample.region.letter: sample for sample in samples}
     for region in REGIONS[omega][1]:
-        found, sample = regions[region.letter], by_letter.get(region.letter)
-        if found.runs or found.gap is None:
+        finding, sample = regions[region.letter], by_letter.get(region.letter)
+        if finding.runs or finding.gap is None:
             continue
         if region.right == 0:
-            sections.append(touching(client, omega, *found.gap))
+            sections.append(touching(client, omega, *finding.gap))
         elif region.right == -1 and sample is not None and sample.orbit is not None:
-            sections.append(one_stop(client, sample, *found.gap))
+            sections.append(one_stop(client, sample, *finding.gap))
     return sections
 
 
-def _head(found: dict[str, list[Regions]], points: int, lines: list[Line]) -> Section:
+def _head(by_reading: dict[str, list[Regions]], points: int, lines: list[Line]) -> Section:
     """Return what is said of both lines: what n means, and which reading of zeta has the paper's motions."""
     labelled = [
         (place, region)
@@ -136,14 +136,18 @@ def _head(found: dict[str, list[Regions]], points: int, lines: list[Line]) -> Se
         for region in regions
         if region.n is not None
     ]
-    again = {name: [(found[name][place][region.letter], region) for place, region in labelled] for name in READINGS}
-    again = {name: [(one, region) for one, region in pairs if one.runs] for name, pairs in again.items()}
-    least = sum(any(run.motion and run.motion[0] == region.n for run in one.runs) for one, region in again[GAMMA])
+    again = {
+        name: [(by_reading[name][place][region.letter], region) for place, region in labelled] for name in READINGS
+    }
+    again = {name: [(finding, region) for finding, region in pairs if finding.runs] for name, pairs in again.items()}
+    least = sum(
+        any(run.motion and run.motion[0] == region.n for run in finding.runs) for finding, region in again[GAMMA]
+    )
     longest = sorted(again[GAMMA], key=lambda pair: -(pair[1].n or 0))[:2]
     examples = " and ".join(
         f"the motion printed as {region.label} closes after"
-        f" {' or '.join(str(n) for n in sorted({run.motion[0] for run in one.runs if run.motion}))} forcing periods"
-        for one, region in longest
+        f" {' or '.join(str(n) for n in sorted({run.motion[0] for run in finding.runs if run.motion}))} forcing periods"
+        for finding, region in longest
     )
     head = Section("Figure 9: the paper's motions, found again")
     head.say(
@@ -172,7 +176,7 @@ def _head(found: dict[str, list[Regions]], points: int, lines: list[Line]) -> Se
                 ", ".join(
                     f"{region.letter} ({region.label})"
                     for place, region in labelled
-                    if not found[name][place][region.letter].runs
+                    if not by_reading[name][place][region.letter].runs
                 )
                 or "-",
             ]
@@ -200,7 +204,7 @@ def _literal(lines: list[Line]) -> str:
     )
 
 
-def _row(region: Region, found: Found) -> list[str]:
-    where = "; ".join(f"{run.clearances[0]:.4f} to {run.clearances[-1]:.4f}" for run in found.long)
-    ours = " or ".join(sorted({run.label for run in found.runs}))
-    return [region.letter, region.label, ours or "-", where or "-", found.remark]
+def _row(region: Region, finding: Found) -> list[str]:
+    where = "; ".join(f"{run.clearances[0]:.4f} to {run.clearances[-1]:.4f}" for run in finding.long)
+    ours = " or ".join(sorted({run.label for run in finding.runs}))
+    return [region.letter, region.label, ours or "-", where or "-", finding.remark]

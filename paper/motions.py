@@ -96,13 +96,13 @@ def plain_runs(client: Client, reading: str, omega: float, high: float, low: flo
         READINGS[reading], omega=[omega, omega + 1e-3], clearance=(low, high), shape=(points, 2),
         max_periods=MAX_PERIODS,
     )  # fmt: skip
-    found = []
+    motions = []
     for i in reversed(range(points)):
         kind = umap.kinds[umap.kind[i, 0]]
         motion = (int(umap.period[i, 0]), int(umap.impacts_right[i, 0]), int(umap.impacts_left[i, 0]))
-        found.append((kind, motion if kind == "periodic" else None, i))
+        motions.append((kind, motion if kind == "periodic" else None, i))
     runs = []
-    for (kind, some), group in groupby(found, key=lambda item: item[:2]):
+    for (kind, some), group in groupby(motions, key=lambda item: item[:2]):
         places = [i for _, _, i in group]
         runs.append(Run(umap.vertical[places].tolist(), umap.least_impact_velocity[places, 0].tolist(), kind, some))
     return runs

@@ -78,9 +78,9 @@ def one_stop(client: Client, sample: Sample, high: float, low: float, places: in
     )
     section.show(
         ["b", "not converged", "equal impacts", "others", "motions among the others", "wrong sign among the others"],
-        [one.row for one in searched],
+        [outcome.row for outcome in searched],
     )
-    solutions = [orbit for one in searched for orbit in one.other]
+    solutions = [orbit for outcome in searched for orbit in outcome.other]
     lowest, highest = min(clearances), max(clearances)
     branches = followed(client, solutions, lowest, highest)
     admissible = sum(bool(branch.admissible.any()) for branch in branches)
@@ -95,7 +95,7 @@ def one_stop(client: Client, sample: Sample, high: float, low: float, places: in
 
 def _branch(client: Client, section: Section, orbit: PeriodicOrbit) -> None:
     """Describe the motion with a slow impact on A, and where that impact vanishes."""
-    one = client.periodic_orbit(
+    single_impact = client.periodic_orbit(
         CHAIN, omega=orbit.omega, clearance=orbit.clearance + 2e-3, motion=(1, [-1]), progress=False
     )
     reach = (orbit.clearance - 0.05, orbit.clearance + 0.05)
@@ -103,7 +103,12 @@ def _branch(client: Client, section: Section, orbit: PeriodicOrbit) -> None:
         CHAIN, omega=orbit.omega, clearance=orbit.clearance, motion=orbit, range=reach, progress=False
     )
     single = client.orbit_branch(
-        CHAIN, omega=one.omega, clearance=one.clearance, motion=one, range=reach, progress=False
+        CHAIN,
+        omega=single_impact.omega,
+        clearance=single_impact.clearance,
+        motion=single_impact,
+        range=reach,
+        progress=False,
     )
     vanishing = next(p for p in branch.special_points if p.type == "GR" and p.impact is not None)
     grazing = min(
@@ -150,15 +155,15 @@ def search(client: Client, omega: float, clearance: float) -> Searched:
         }
         for times, speeds in zip(phases, velocities, strict=True)
     ]  # fmt: skip
-    found = answers(client, PeriodicOrbit, questions)
+    orbits = answers(client, PeriodicOrbit, questions)
     solved: list[PeriodicOrbit] = []
-    for orbit in found:
+    for orbit in orbits:
         if orbit.converged and not any(_same(orbit, known) for known in solved):
             solved.append(orbit)
     solved.sort(key=lambda orbit: tuple(np.sort(orbit.velocities).tolist()))
     repeated = [orbit for orbit in solved if float(np.ptp(orbit.velocities)) < SAME]
     other = [orbit for orbit in solved if float(np.ptp(orbit.velocities)) >= SAME]
-    return Searched(clearance, sum(not orbit.converged for orbit in found), repeated, other)
+    return Searched(clearance, sum(not orbit.converged for orbit in orbits), repeated, other)
 
 
 def followed(client: Client, solutions: Sequence[PeriodicOrbit], low: float, high: float) -> list[OrbitBranch]:
@@ -173,7 +178,7 @@ def followed(client: Client, solutions: Sequence[PeriodicOrbit], low: float, hig
     return answers(client, OrbitBranch, questions)
 
 
-def _same(one: PeriodicOrbit, other: PeriodicOrbit) -> bool:
+def _same(orbit: PeriodicOrbit, other: PeriodicOrbit) -> bool:
     """Whether two solutions are one, up to whole forcing periods by which it is shifted: then the speeds are turned."""
     speeds = other.velocities
-    return any(bool(np.all(np.abs(one.velocities - np.roll(speeds, k)) < SAME)) for k in range(len(speeds)))
+    return any(bool(np.all(np.abs(orbit.velocities - np.roll(speeds, k)) < SAME)) for k in range(len(speeds)))

@@ -49,24 +49,25 @@ def regions_of(client: Client, line: Line) -> Regions:
         return plain_runs(client, line.reading, line.omega, high, low, FINE)
 
     regions = REGIONS[line.omega][1]
-    found = {region.letter: _match(region, line.runs) for region in regions if region.n is not None}
+    findings = {region.letter: _match(region, line.runs) for region in regions if region.n is not None}
     for k, region in enumerate(regions):
-        if region.letter in found and found[region.letter].runs:
+        if region.letter in findings and findings[region.letter].runs:
             continue
-        neighbours = [(letter, found.get(letter, Found())) for letter in (regions[k - 1].letter, regions[k + 1].letter)]
+        letters = (regions[k - 1].letter, regions[k + 1].letter)
+        neighbours = [(letter, findings.get(letter, Found())) for letter in letters]
         gap, names = _gap(neighbours), " and ".join(letter for letter, _ in neighbours)
         if region.n is None:
-            found[region.letter] = _match_between(region, gap, names, line.runs, finer)
+            findings[region.letter] = _match_between(region, gap, names, line.runs, finer)
         else:
-            found[region.letter].gap = gap
-    return found
+            findings[region.letter].gap = gap
+    return findings
 
 
 def _match(region: Region, runs: list[Run]) -> Found:
     """Return what was found of a printed region with numbers."""
-    found = [run for run in runs if run.matches(region)]
-    if found:
-        return Found(found, place=_middle(found))
+    matching = [run for run in runs if run.matches(region)]
+    if matching:
+        return Found(matching, place=_middle(matching))
     mirrored = [run for run in runs if run.matches(region, mirrored=True)]
     if mirrored:
         remark = "Found as its mirror image; which of the two is reached depends on the start."
@@ -90,7 +91,7 @@ def _match(region: Region, runs: list[Run]) -> Found:
 
 def _gap(neighbours: list[tuple[str, Found]]) -> tuple[float, float] | None:
     """Return the clearances between which a region must be, the greater one first; None: a neighbour was not found."""
-    before, after = ([value for run in found.long for value in run.clearances] for _, found in neighbours)
+    before, after = ([value for run in finding.long for value in run.clearances] for _, finding in neighbours)
     if not before or not after:
         return None
     high = min(before)

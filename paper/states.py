@@ -43,11 +43,11 @@ def turn(client: Client, oscillator: Oscillator, omega: float, state: Floats) ->
     return time, at(client, oscillator, omega, FAR, state, np.array([time]))[0]
 
 
-def distance(one: Floats, other: Floats, clearance: float, omega: float) -> float:
+def distance(state: Floats, other: Floats, clearance: float, omega: float) -> float:
     """Return the largest difference of two states in units of clearance, omega times clearance, and radians."""
-    count = (len(one) - 1) // 2
+    count = (len(state) - 1) // 2
     scale = np.array([clearance, omega * clearance] * count + [1.0])
-    return float(np.max(np.abs(one - other) / scale))
+    return float(np.max(np.abs(state - other) / scale))
 
 
 def graze(client: Client, oscillator: Oscillator, omega: float) -> DiscontinuityMapping:

@@ -147,11 +147,11 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tools.all_checks", description="Every long check.")
     parser.add_argument("targets", nargs="*", default=TARGETS, help="targets of the Makefile; by default the long ones")
     parser.add_argument("--age", action="store_true", help="run nothing; print how old the record is")
-    given = parser.parse_args()
-    if given.age:
+    arguments = parser.parse_args()
+    if arguments.age:
         print(age())
         return 0
-    return 0 if run(given.targets) else 1
+    return 0 if run(arguments.targets) else 1
 
 
 if __name__ == "__main__":

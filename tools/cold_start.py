@@ -71,14 +71,14 @@ def timed(title: str, grazemap: Path, home: str, limits: Mapping[str, float], ti
     with started([str(grazemap), "up", "--port", "0"], user(home), Path(home)) as start:
         print(f"{title}: listens after {start.seconds[-1]:.1f} s", flush=True)
         with ThreadPoolExecutor(len(QUESTIONS)) as threads:
-            found = dict(
+            delays = dict(
                 zip(QUESTIONS, threads.map(lambda name: answered(start.url, name, began), QUESTIONS), strict=True)
             )
-    for name, seconds in found.items():
+    for name, seconds in delays.items():
         limit = times * limits[name]
         over = "" if seconds <= limit else "  TOO LATE"
         print(f"  {name:<24}{seconds:8.1f} s (<= {limit:.0f} s){over}", flush=True)
-    return all(seconds <= times * limits[name] for name, seconds in found.items())
+    return all(seconds <= times * limits[name] for name, seconds in delays.items())
 
 
 def killed(grazemap: Path, home: str) -> None:

@@ -32,7 +32,7 @@ from tools.pace import pace
 ROOT = Path(__file__).parents[1]
 _PYTHON = "Programming Language :: Python :: "
 _DECLARED = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["classifiers"]
-PYTHONS = tuple(one.removeprefix(_PYTHON) for one in _DECLARED if one.startswith(_PYTHON))
+PYTHONS = tuple(entry.removeprefix(_PYTHON) for entry in _DECLARED if entry.startswith(_PYTHON))
 """The versions of Python that the package declares, the oldest first."""
 LOADS = {"idle": 0, "4 busy processes": 4}
 _REFERENCE_CORES = 2
@@ -88,8 +88,8 @@ def started(command: Sequence[str], environment: Mapping[str, str], folder: Path
             for line in up.stdout:
                 lines.append(line)
                 seconds.append(time.monotonic() - began)
-                if found := _ANSWERS.fullmatch(line):
-                    yield Start(seconds, found[1])
+                if answer := _ANSWERS.fullmatch(line):
+                    yield Start(seconds, answer[1])
                     break
             else:
                 raise RuntimeError(f"it did not answer:\n{''.join(lines)}")

@@ -72,13 +72,13 @@ def read() -> House:
         package, *inner = module.split(".")
         if not inner:
             continue
-        found = within.setdefault((package, inner[0]), set())
+        imported = within.setdefault((package, inner[0]), set())
         for target in graph.find_modules_directly_imported_by(module):
             other, *target_inner = target.split(".")
             if other != package:
                 between.setdefault((package, other), set()).update(target_inner[:1])
             elif target_inner and target_inner[0] != inner[0]:
-                found.add(target_inner[0])
+                imported.add(target_inner[0])
     rooms: dict[str, dict[str, Room]] = {package: {} for package in (SERVICE, WORKER, CORE, SDK)}
     for (package, name), imports in sorted(within.items()):
         rooms[package][name] = Room(package, name, (package, name) in folders, frozenset(imports))
@@ -256,9 +256,9 @@ def main() -> int:
     """Write the picture, or say whether it is stale."""
     parser = argparse.ArgumentParser(prog="python -m tools.house", description="The picture of the house.")
     parser.add_argument("--check", action="store_true", help="write nothing; fail where the picture is stale")
-    given = parser.parse_args()
+    arguments = parser.parse_args()
     picture = draw(read())
-    if given.check:
+    if arguments.check:
         stale = not PICTURE.exists() or PICTURE.read_text("utf-8") != picture
         sys.stdout.write("docs/pictures/house.svg is stale: make house\n" if stale else "")
         return int(stale)

@@ -105,10 +105,10 @@ def main() -> int:
         standalone(redis.url, log) as alone,
         started(up, os.environ, Path(folder)) as start,
     ):
-        found = medians({"by itself": alone, "grazemap up": urlsplit(start.url).netloc})
-    for (name, request), seconds in found.items():
+        times = medians({"by itself": alone, "grazemap up": urlsplit(start.url).netloc})
+    for (name, request), seconds in times.items():
         print(f"{name:<14}{request:<34}{1000 * seconds:8.2f} ms")
-    return int(any(seconds >= LIMIT_SECONDS for (name, _), seconds in found.items() if name == "by itself"))
+    return int(any(seconds >= LIMIT_SECONDS for (name, _), seconds in times.items() if name == "by itself"))
 
 
 if __name__ == "__main__":

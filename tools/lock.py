@@ -38,13 +38,13 @@ def compiled(extras: Sequence[str], *options: str) -> list[str]:
 
 def requirements(text: str) -> list[str]:
     """Return the requirements of a lock, each with the lines of its hashes."""
-    found: list[str] = []
+    entries: list[str] = []
     for line in text.splitlines(keepends=True):
         if line.startswith(" "):
-            found[-1] += line
+            entries[-1] += line
         elif line.strip() and not line.startswith("#"):
-            found.append(line)
-    return found
+            entries.append(line)
+    return entries
 
 
 def main() -> None:

@@ -138,7 +138,7 @@ def _together(work: Callable[[Callable[[], bool]], int]) -> float:
     with ThreadPoolExecutor(CONNECTIONS) as threads:
         began = time.perf_counter()
         asking = [threads.submit(work, lambda: time.perf_counter() - began < RATE_SECONDS) for _ in range(CONNECTIONS)]
-        return sum(one.result() for one in asking) / (time.perf_counter() - began)
+        return sum(future.result() for future in asking) / (time.perf_counter() - began)
 
 
 def figures(url: str, stack: psutil.Process, slower: float, batches: bool = True) -> Iterator[Figure]:
@@ -208,8 +208,8 @@ def measure(name: str, environment: Mapping[str, str], times: float, batches: bo
     met = True
     up = module_command("grazemap.cli", "up", "--port", "0")
     with tempfile.TemporaryDirectory() as folder, started(up, environment, Path(folder)) as start:
-        stack = next(one for one in psutil.Process().children(recursive=True) if "grazemap_service.stack" in
-                     " ".join(one.cmdline()))  # fmt: skip
+        stack = next(process for process in psutil.Process().children(recursive=True) if "grazemap_service.stack" in
+                     " ".join(process.cmdline()))  # fmt: skip
         print(f"{name}, idle", flush=True)
         for figure in figures(start.url, stack, times, batches):
             met &= figure.met
@@ -231,11 +231,11 @@ def main() -> int:
     """Measure this version, after an earlier one if it is given; return the exit status."""
     parser = argparse.ArgumentParser(prog="python -m tools.small_questions")
     parser.add_argument("--before", type=Path, help="folder of a checkout of an earlier version")
-    given = parser.parse_args()
+    arguments = parser.parse_args()
     load, times = os.getloadavg()[0], pace()
     print(f"{os.cpu_count()} cores, load {load:.1f}; limits {times:.2f} times those of the reference")
-    if given.before is not None:
-        packages = [str(given.before.resolve() / name) for name in ("sdk", "core", "worker", "service")]
+    if arguments.before is not None:
+        packages = [str(arguments.before.resolve() / name) for name in ("sdk", "core", "worker", "service")]
         try:
             measure("before", {**os.environ, "PYTHONPATH": os.pathsep.join(packages)}, times, batches=False)
         except (RuntimeError, GrazemapError) as error:

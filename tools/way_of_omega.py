@@ -126,11 +126,11 @@ class Trace:
 
     def way(self) -> dict[str, str]:
         """Return the modules that omega passes, each with the first of its functions that it does."""
-        found: dict[str, str] = {}
+        functions: dict[str, str] = {}
         for call in self._calls.values():
             if call.on_the_way:
-                found.setdefault(call.module, call.function)
-        return found
+                functions.setdefault(call.module, call.function)
+        return functions
 
     def _look(self, frame: FrameType, event: str, argument: Any) -> None:
         module = frame.f_globals.get("__name__", "")

@@ -59,7 +59,7 @@ def main() -> None:
     """Compute and write."""
     parser = argparse.ArgumentParser(prog="python -m paper.published", description="Published results, again.")
     parser.add_argument("--docs", type=Path, default=Path("docs"), help="folder of the page")
-    given = parser.parse_args()
+    arguments = parser.parse_args()
     started = time.monotonic()
 
     def say(text: str) -> None:
@@ -71,12 +71,12 @@ def main() -> None:
         for part in PARTS:
             sections.append(part(client))
             say(sections[-1].title)
-        (given.docs / PICTURES).mkdir(parents=True, exist_ok=True)
+        (arguments.docs / PICTURES).mkdir(parents=True, exist_ok=True)
         for section in sections:
-            save_pictures(section, given.docs / PICTURES)
+            save_pictures(section, arguments.docs / PICTURES)
     text = "\n\n".join([head(sections), *(section.markdown() for section in sections)])
-    (given.docs / PAGE).write_text(text + "\n", encoding="utf-8")
-    say(f"written: {given.docs / PAGE} and {sum(len(section.pictures) for section in sections)} pictures")
+    (arguments.docs / PAGE).write_text(text + "\n", encoding="utf-8")
+    say(f"written: {arguments.docs / PAGE} and {sum(len(section.pictures) for section in sections)} pictures")
 
 
 if __name__ == "__main__":

@@ -81,10 +81,10 @@ def elastic_wall(client: Client) -> Section:
 
 def _structure(client: Client, damping: float, n: float) -> tuple[float, float]:
     """Return amplitude and phase of the steady motion under a unit force at omega = 1."""
-    found = client.structure(one_mass(damping, 1.0, _stiffness(n, damping)), omega=[1.0], **QUIET)
-    assert found.amplitude is not None
-    assert found.phase is not None
-    return float(found.amplitude[0]), float(found.phase[0])
+    structure = client.structure(one_mass(damping, 1.0, _stiffness(n, damping)), omega=[1.0], **QUIET)
+    assert structure.amplitude is not None
+    assert structure.phase is not None
+    return float(structure.amplitude[0]), float(structure.phase[0])
 
 
 def _stiffness(n: float, damping: float) -> float:
@@ -131,8 +131,8 @@ def _row(client: Client, printed: Printed) -> list[str]:
     ]
 
 
-def _pair(one: float, other: float) -> str:
-    return f"{one:.8f}, {other:.8f}"
+def _pair(displacement: float, velocity: float) -> str:
+    return f"{displacement:.8f}, {velocity:.8f}"
 
 
 def _moduli(moduli: tuple[float, float]) -> str:

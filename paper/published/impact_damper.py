@@ -91,16 +91,16 @@ def impact_damper(client: Client) -> Section:
         branches.append((clearance, branch))
         for omega in frequencies:
             exact = exact_orbits(client, clearance, omega, branch)
-            for printed, one in zip(amplitudes(clearance, omega)[-len(exact) :], exact, strict=True):
+            for printed, computed in zip(amplitudes(clearance, omega)[-len(exact) :], exact, strict=True):
                 rows.append(
                     [
                         f"{clearance:g}",
                         f"{omega:g}",
                         f"{printed:.6f}",
-                        f"{one.amplitude:.6f}",
-                        f"{100.0 * (printed / one.amplitude - 1.0):+.1f} %",
-                        f"{float(one.orbit.velocities[0]):.4f}",
-                        f"{one.orbit.said}, {max(map(abs, one.orbit.multipliers.tolist())):.4f}",
+                        f"{computed.amplitude:.6f}",
+                        f"{100.0 * (printed / computed.amplitude - 1.0):+.1f} %",
+                        f"{float(computed.orbit.velocities[0]):.4f}",
+                        f"{computed.orbit.said}, {max(map(abs, computed.orbit.multipliers.tolist())):.4f}",
                     ]
                 )
     section.show(
@@ -136,7 +136,7 @@ def exact_orbits(client: Client, clearance: float, omega: float, branch: OrbitBr
     parts = np.split(np.arange(len(branch.omega)), turns)
     there = [part for part in parts if branch.omega[part].min() <= omega <= branch.omega[part].max()]
     nearest = [int(part[np.argmin(np.abs(branch.omega[part] - omega))]) for part in there]
-    return sorted((_exact(client, clearance, omega, branch, k) for k in nearest), key=lambda one: one.amplitude)
+    return sorted((_exact(client, clearance, omega, branch, k) for k in nearest), key=lambda exact: exact.amplitude)
 
 
 def _exact(client: Client, clearance: float, omega: float, branch: OrbitBranch, index: int) -> Exact:
@@ -199,7 +199,9 @@ def _picture(client: Client, branches: list[tuple[float, OrbitBranch]]) -> Axes:
         chosen = np.unique(np.searchsorted(along, np.linspace(0.0, along[-1], 36)).clip(max=len(along) - 1))
         exact = [_exact(client, clearance, float(branch.omega[k]), branch, k) for k in chosen.tolist()]
         for stable, face in ((True, colour), (False, "white")):
-            shown = [(one.orbit.omega, one.amplitude) for one in exact if one.orbit.stable == stable]
+            shown = [
+                (computed.orbit.omega, computed.amplitude) for computed in exact if computed.orbit.stable == stable
+            ]
             if shown:
                 name = f"computed, {'stable' if stable else 'unstable'}"
                 ax.plot(*zip(*shown, strict=True), "o", color=colour, markerfacecolor=face, markersize=5, label=name)

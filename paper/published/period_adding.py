@@ -57,13 +57,13 @@ def period_adding(client: Client) -> Section:
             ["n", "from", "to", "the next window", "its beginning over this one's"],
             [
                 [
-                    str(one.period),
-                    f"{one.doubling:.7e}",
-                    f"{one.graze:.7e}",
-                    "-" if after is None else "overlaps" if after.graze > one.doubling else "is separate",
-                    "-" if after is None else f"{after.doubling / one.doubling:.7f}",
+                    str(span.period),
+                    f"{span.doubling:.7e}",
+                    f"{span.graze:.7e}",
+                    "-" if after is None else "overlaps" if after.graze > span.doubling else "is separate",
+                    "-" if after is None else f"{after.doubling / span.doubling:.7f}",
                 ]
-                for one, after in pairs
+                for span, after in pairs
             ],
         )
     section.say(
@@ -90,7 +90,7 @@ def window(client: Client, omega: float, period: int) -> Window:
         [family.amplitude / clearance - 1.0 for clearance, speed in points_of(branch, kind) if speed > 0.0]
         for kind in ("PD", "GR")
     )
-    return Window(period, min(doublings), min(one for one in grazes if one > min(doublings)))
+    return Window(period, min(doublings), min(graze for graze in grazes if graze > min(doublings)))
 
 
 def _scale(omega: float, period: int) -> float:
@@ -116,10 +116,10 @@ def _picture(client: Client, windows: Sequence[Window]) -> Axes:
     for path, clearance, force in zip(answers(client, Trajectory, questions), clearances, beyond.tolist(), strict=True):
         speeds = path.impacts.velocity / clearance
         ax.plot(np.full(len(speeds), force), speeds, "k.", markersize=1.5)
-    for one in windows:
-        height = 2.6 if one.period % 2 else 4.2
-        ax.plot((one.doubling, one.graze), (height, height), "|-", linewidth=2.0, markersize=8)
-        ax.annotate(f"n = {one.period}", (4.0 * one.doubling, 1.12 * height), fontsize=8)
+    for span in windows:
+        height = 2.6 if span.period % 2 else 4.2
+        ax.plot((span.doubling, span.graze), (height, height), "|-", linewidth=2.0, markersize=8)
+        ax.annotate(f"n = {span.period}", (4.0 * span.doubling, 1.12 * height), fontsize=8)
     ax.set(xlabel="$F/F_{graz} - 1$", ylabel="velocity before the impact", xscale="log", yscale="log")
     ax.set(xlim=DIAGRAM_RANGE, ylim=(0.0018, 8.0))
     return ax

@@ -71,8 +71,8 @@ def curves(client: Client) -> Section:
         " of the figure, in the authors' repository indrag49/VIVID on GitHub. The table has every kind of row of the"
         " data. The difference is that of the forces, relative to the printed one."
     )
-    found = [special_point(client, row) for row in ROWS]
-    differences = [one.force / row.force - 1.0 for row, one in zip(ROWS, found, strict=True)]
+    points = [special_point(client, row) for row in ROWS]
+    differences = [point.force / row.force - 1.0 for row, point in zip(ROWS, points, strict=True)]
     section.show(
         [
             "type",
@@ -90,14 +90,14 @@ def curves(client: Client) -> Section:
                 row.kind,
                 f"{row.omega:g}",
                 f"{row.force:.10f}",
-                f"{one.force:.10f}",
+                f"{point.force:.10f}",
                 f"{difference:.0e}",
                 f"{row.speed:.7f}",
-                f"{one.speed:.7f}",
+                f"{point.speed:.7f}",
                 f"{row.other:.6f}",
-                f"{one.other:.6f}",
+                f"{point.other:.6f}",
             ]
-            for row, one, difference in zip(ROWS, found, differences, strict=True)
+            for row, point, difference in zip(ROWS, points, differences, strict=True)
         ],
     )
     largest = {
@@ -110,9 +110,9 @@ def curves(client: Client) -> Section:
     )
     for kind, name in (("SN", "saddle-nodes, 5 forces"), ("PD", "period doublings, 11 forces")):
         verdict = f"at most {largest[kind]:.0e} of A: multipliers were bisected to 1e-5"
-        (row, one) = next((row, one) for row, one in zip(ROWS, found, strict=True) if row.kind == kind)
+        (row, point) = next((row, point) for row, point in zip(ROWS, points, strict=True) if row.kind == kind)
         section.rows.append(
-            Row(SOURCE, f"{name}; at omega = {row.omega:g}", f"{row.force:.10f}", f"{one.force:.10f}", verdict)
+            Row(SOURCE, f"{name}; at omega = {row.omega:g}", f"{row.force:.10f}", f"{point.force:.10f}", verdict)
         )
     ends = client.codimension_two_points(
         OSCILLATOR, omega=(0.78, 1.01), max_order=2, max_multiple=MULTIPLE, clearance={"left": None}, **QUIET
@@ -132,7 +132,7 @@ def curves(client: Client) -> Section:
     section.draw(
         "published_resonant.png",
         "Forces at saddle-nodes and period doublings, less that at the graze",
-        lambda: _picture(found),
+        lambda: _picture(points),
     )
     return section
 
@@ -153,7 +153,7 @@ def tangency(client: Client) -> Section:
     )
     rows = []
     for kind in ("SN", "PD"):
-        (point,) = (one for one in points.points if one.bifurcation == kind)
+        (point,) = (candidate for candidate in points.points if candidate.bifurcation == kind)
         assert point.unfolding is not None
         unfolding = point.unfolding
         assert unfolding.quadratic is not None
@@ -187,7 +187,7 @@ def special_point(client: Client, row: Printed) -> Found:
     there = 1.0 / row.force
     clearance = there * (1.0 - 1e-3) if row.kind == "SN" else there
     family = Family.of(DAMPING, RESTITUTION, row.omega, MULTIPLE)
-    speed = min(family.speeds(clearance), key=lambda one: abs(one - row.speed * clearance))
+    speed = min(family.speeds(clearance), key=lambda value: abs(value - row.speed * clearance))
     start = (clearance, family.guess(clearance, speed, MULTIPLE))
     branch = branch_over_clearance(client, OSCILLATOR, row.omega, start, (0.99 * there, 1.01 * there))
     at = [k for k, point in enumerate(branch.special_points) if point.type == row.kind]
@@ -207,7 +207,7 @@ def special_point(client: Client, row: Printed) -> Found:
         **QUIET,
     )
     critical = 1.0 if row.kind == "SN" else -1.0
-    other = max(orbit.multipliers, key=lambda one: abs(one - critical))
+    other = max(orbit.multipliers, key=lambda multiplier: abs(multiplier - critical))
     return Found(force, float(point.velocities[0]) * force, float(other.real))
 
 
@@ -224,18 +224,18 @@ def _extrapolated(kind: str) -> float:
     return float(np.polyfit(distance, above / distance**2, len(rows) - 1)[-1])
 
 
-def _picture(found: list[Found]) -> Axes:
+def _picture(points: list[Found]) -> Axes:
     from grazemap.plots.axes import axes_or_new
 
     ax = axes_or_new(None, 9.0, 5.0)
     for kind, marker, name in (("SN", "^", "saddle-node"), ("PD", "s", "period doubling")):
-        rows = [(row, one) for row, one in zip(ROWS, found, strict=True) if row.kind == kind]
+        rows = [(row, point) for row, point in zip(ROWS, points, strict=True) if row.kind == kind]
         omega = np.array([row.omega for row, _ in rows])
         graze = graze_force(omega)
         ax.plot(
             omega, [row.force for row, _ in rows] - graze, marker, color="0.65", markersize=9, label=f"{name}, printed"
         )
-        ax.plot(omega, [one.force for _, one in rows] - graze, "k.", markersize=4, label=f"{name}, computed")
+        ax.plot(omega, [point.force for _, point in rows] - graze, "k.", markersize=4, label=f"{name}, computed")
     ax.axhline(0.0, color="black", linewidth=0.8)
     ax.axvline(RESONANCE, color="0.6", linewidth=0.8, linestyle="--")
     ax.axvline(RESONANCE / 0.8, color="0.6", linewidth=0.8, linestyle="--")

@@ -53,7 +53,7 @@ def tutorial(client: Client) -> Section:
     section.rows.append(
         Row(SOURCE, "velocity after the impact, A = 1", f"{SPEED_AFTER:g}", f"{-0.8 * speed:.11f}", "agrees: a guess")
     )
-    pair = max(orbit.multipliers, key=lambda one: one.imag)
+    pair = max(orbit.multipliers, key=lambda multiplier: multiplier.imag)
     branch = client.orbit_branch(
         OSCILLATOR, omega=1.0, clearance=right(1.0), motion=orbit, vary="forcing", range=(0.05, 1.0), **QUIET
     )
@@ -128,5 +128,5 @@ def _beside(client: Client, fold: tuple[float, float]) -> list[tuple[float, floa
         orbits = [
             orbit_near(client, OSCILLATOR, 1.0, 1.0 / force, at) for force, at in zip(forces, guesses, strict=True)
         ]
-        parts.append([(force, float(one.velocities[0]) * force) for force, one in zip(forces, orbits, strict=True)])
+        parts.append([(force, float(orbit.velocities[0]) * force) for force, orbit in zip(forces, orbits, strict=True)])
     return [*reversed(parts[0]), fold, *parts[1]]

@@ -56,10 +56,10 @@ def undamped(client: Client) -> Section:
     )
     rows = []
     for omega, restitution, multiple in CASES:
-        found = [_special(client, omega, restitution, multiple, damping) for damping in DAMPINGS]
+        computed = [_special(client, omega, restitution, multiple, damping) for damping in DAMPINGS]
         printed = (fold(omega, restitution, multiple), doubling(omega, restitution, multiple))
         for k, what in enumerate(("saddle-node, sigma", "period doubling, velocity")):
-            coarse, fine = found[0][k], found[1][k]
+            coarse, fine = computed[0][k], computed[1][k]
             limit = (10.0 * fine - coarse) / 9.0
             rows.append(
                 [
@@ -86,7 +86,7 @@ def undamped(client: Client) -> Section:
     )
     section.show(
         ["sigma", "motions by the tests", "velocities", "motions here"],
-        [_statement(client, *one) for one in STATEMENTS],
+        [_statement(client, *statement) for statement in STATEMENTS],
     )
     return section
 
@@ -101,7 +101,7 @@ def _special(client: Client, omega: float, restitution: float, multiple: int, da
     return node, min((speed for _, speed in points_of(branch, "PD")), key=lambda speed: abs(speed - printed))
 
 
-def _statement(client: Client, clearance: float, said: str) -> list[str]:
+def _statement(client: Client, clearance: float, expected: str) -> list[str]:
     omega, restitution, multiple = CASES[0]
     family, oscillator = Family.of(WEAK, restitution, omega, multiple), one_mass(WEAK, restitution)
     guesses = [family.guess(clearance, speed, multiple) for speed in family.speeds(clearance) if speed > 0.0]
@@ -115,4 +115,4 @@ def _statement(client: Client, clearance: float, said: str) -> list[str]:
         text = {0: "none", 1: "one", 2: "two"}[inside] + (
             f": it passes the stop by {', '.join(beyond)}" if beyond else ""
         )
-    return [f"{clearance:g}", said, speeds, text]
+    return [f"{clearance:g}", expected, speeds, text]

@@ -62,7 +62,7 @@ def power_of_forces(oscillator: Oscillator, omega: float, run: Trajectory, perio
     """Return the mean of F^T x' over a record of forcing periods that starts at phase 0, from its samples."""
     end = periods * 2.0 * math.pi / omega
     exponents = np.abs(np.linalg.eigvals(_generator(oscillator)))
-    fastest = max(float(exponents.max()), omega * max(one.order for one in oscillator.forces))
+    fastest = max(float(exponents.max()), omega * max(force.order for force in oscillator.forces))
     marks = [np.linspace(0.0, end, 2 + math.ceil(end * fastest)), run.impacts.time]
     marks += [run.sticking.start, run.sticking.stop_time]
     edges = np.unique(np.clip(np.concatenate(marks), 0.0, end))
@@ -71,8 +71,8 @@ def power_of_forces(oscillator: Oscillator, omega: float, run: Trajectory, perio
     times = (edges[:-1, None] + 0.5 * lengths[:, None] * (1.0 + nodes)).ravel()
     _, velocity = run.at(times)
     forces = sum(
-        (np.outer(one.amplitudes(np.array([omega]))[0], np.exp(1j * one.order * omega * times))).imag
-        for one in oscillator.forces
+        (np.outer(force.amplitudes(np.array([omega]))[0], np.exp(1j * force.order * omega * times))).imag
+        for force in oscillator.forces
     )
     return float(np.sum(0.5 * np.outer(lengths, weights).ravel() * np.sum(forces * velocity, axis=0)) / end)
 
@@ -102,36 +102,38 @@ def missing(oscillator: Oscillator, omega: float, figures: Floats, power: float)
 
 def of_orbit(seed: int) -> Balance | None:
     """Return the balances of the orbit with impacts of a random system, or None where it has none that is verified."""
-    one = random_system(seed)
-    if one is None:
+    system = random_system(seed)
+    if system is None:
         return None
-    orbit = periodic_orbit(one.oscillator, one.omega, one.clearance, one.impacts)
+    orbit = periodic_orbit(system.oscillator, system.omega, system.clearance, system.impacts)
     if not orbit.verified:
         return None
-    wanted, start, period = observables(one.oscillator), orbit.start, orbit.impacts.period
-    figures = OrbitObserver(one.oscillator, wanted).figures(one.oscillator, one.omega, one.clearance, orbit.impacts)
-    run = _record(one.oscillator, one.omega, one.clearance, start, period)
-    power = power_of_forces(one.oscillator, one.omega, run, period)
-    return Balance(seed, orbit.label, *missing(one.oscillator, one.omega, figures, power))
+    wanted, start, period = observables(system.oscillator), orbit.start, orbit.impacts.period
+    figures = OrbitObserver(system.oscillator, wanted).figures(
+        system.oscillator, system.omega, system.clearance, orbit.impacts
+    )
+    run = _record(system.oscillator, system.omega, system.clearance, start, period)
+    power = power_of_forces(system.oscillator, system.omega, run, period)
+    return Balance(seed, orbit.label, *missing(system.oscillator, system.omega, figures, power))
 
 
 def of_rests(seed: int) -> Balance | None:
     """Return the balances of the motion with chatter or rests of a random system, or None where it has none."""
     restitution = 0.0 if seed % 4 == 0 else 0.1 + 0.1 * (seed % 6)
-    one = random_systems.random_system(seed, restitution=restitution)
-    oscillator, omega, clearance = one.oscillator, one.omega, one.clearance
+    system = random_systems.random_system(seed, restitution=restitution)
+    oscillator, omega, clearance = system.oscillator, system.omega, system.clearance
     try:
         run = trajectory(oscillator, omega, clearance, periods=64, transient_periods=600, samples_per_period=1)
         if run.motion.kind != "periodic" or not run.motion.sticking or run.motion.period is None:
             return None
-        found = simulated_orbit(oscillator, omega, clearance, run)
+        orbit = simulated_orbit(oscillator, omega, clearance, run)
     except CoreError:
         return None
     period, wanted = int(run.motion.period), observables(oscillator)
-    again = _record(oscillator, omega, clearance, found.start, period)
+    again = _record(oscillator, omega, clearance, orbit.start, period)
     figures = of_record(again.record, forced_oscillator(oscillator, omega, clearance).models, wanted, period)
     power = power_of_forces(oscillator, omega, again, period)
-    kinds = f"{len(found.impacts.time)} impacts, {len(found.sticking.start)} rests"
+    kinds = f"{len(orbit.impacts.time)} impacts, {len(orbit.sticking.start)} rests"
     return Balance(seed, kinds, *missing(oscillator, omega, figures, power))
 
 
@@ -143,17 +145,17 @@ def _record(oscillator: Oscillator, omega: float, clearance: Clearance, start: S
 def balances(orbits: int, rests: int) -> Iterator[Balance]:
     """Yield the balances of so many verified orbits, and motions with chatter or rests."""
     for count, of_seed in ((orbits, of_orbit), (rests, of_rests)):
-        found = (one for seed in itertools.count() if (one := of_seed(seed)) is not None)
-        yield from itertools.islice(found, count)
+        all_balances = (balance for seed in itertools.count() if (balance := of_seed(seed)) is not None)
+        yield from itertools.islice(all_balances, count)
 
 
 def main() -> int:
     """Print the worst balances, and return 1 if one does not hold."""
-    found = list(balances(*map(int, sys.argv[1:3])))
+    motions = list(balances(*map(int, sys.argv[1:3])))
     for name in ("momentum", "energy"):
-        print(f"largest residual of {name}: {max(getattr(one, name) for one in found):.1e} of its terms")
-    failed = [one for one in found if not one.holds]
-    print(*failed, f"{len(found) - len(failed)} of {len(found)} motions are in balance", sep="\n")
+        print(f"largest residual of {name}: {max(getattr(motion, name) for motion in motions):.1e} of its terms")
+    failed = [motion for motion in motions if not motion.holds]
+    print(*failed, f"{len(motions) - len(failed)} of {len(motions)} motions are in balance", sep="\n")
     return bool(failed)
 
 

@@ -54,11 +54,11 @@ class Modes:
         inverse = mass.inv()
         jump = inverse * self.row.transpose()
         self.jump = jump * (1 / (self.row * jump)[0, 0])
-        still, one = (
+        still, identity = (
             arb_mat(self.size, self.size),
             arb_mat([[int(i == j) for j in range(self.size)] for i in range(self.size)]),
         )
-        top = [[*a, *b] for a, b in zip(still.tolist(), one.tolist(), strict=True)]
+        top = [[*a, *b] for a, b in zip(still.tolist(), identity.tolist(), strict=True)]
         spring, drag = (inverse * stiffness).tolist(), (inverse * damping).tolist()
         below = [[*(-x for x in a), *(-x for x in b)] for a, b in zip(spring, drag, strict=True)]
         self.matrix = arb_mat([*top, *below])
@@ -88,7 +88,7 @@ class Modes:
 
     def amplitudes(self, omega: arb) -> dict[int, acb]:
         """X_k of the contact coordinate, q = Im sum X_k exp(i k omega t)."""
-        found = {}
+        amplitudes = {}
         for order, powers in self.forces.items():
             s = order * omega
             force = [
@@ -96,8 +96,8 @@ class Modes:
                 for i in range(self.size)
             ]
             dynamic = acb_mat(self.stiffness) - acb_mat(self.mass) * s**2 + acb_mat(self.damping) * acb(0, s)
-            found[order] = (acb_mat(self.row) * dynamic.solve(acb_mat([[x] for x in force])))[0, 0].mid()
-        return found
+            amplitudes[order] = (acb_mat(self.row) * dynamic.solve(acb_mat([[x] for x in force])))[0, 0].mid()
+        return amplitudes
 
     def response(self, kind: str, time: arb) -> arb:
         """g(t), or its sums h and h_s over the multiples of t."""
@@ -486,16 +486,16 @@ def require_mirrored(modes: Modes, statement: dict[str, Any]) -> None:
 def exact_determinant(orbits: Orbits, impacts: list[tuple[arb, arb, int]], critical: int) -> arb:
     """det(M - mu I) of the return map, with all digits."""
     modes, size = orbits.modes, orbits.modes.size
-    one = arb_mat([[int(i == j) for j in range(2 * size)] for i in range(2 * size)])
-    total, still = one, [arb(0)] * size
+    identity = arb_mat([[int(i == j) for j in range(2 * size)] for i in range(2 * size)])
+    total, still = identity, [arb(0)] * size
     kick = arb_mat([[x] for x in [*still, *modes.jump.entries()]])
     place, rate = arb_mat([[*modes.row.entries(), *still]]), arb_mat([[*still, *modes.row.entries()]])
     for i, (time, speed, stop) in enumerate(impacts):
         acceleration, e = orbits.motion(time, impacts, 3)[2], orbits.rebound[stop]
-        salt = one - kick * rate * e + (kick * (acceleration / speed) - modes.matrix * kick) * place * e
+        salt = identity - kick * rate * e + (kick * (acceleration / speed) - modes.matrix * kick) * place * e
         end = impacts[i + 1][0] if i + 1 < len(impacts) else impacts[0][0] + orbits.turn
         total = ((modes.matrix * (end - time)).exp() * salt * total).mid()
-    return (total - one * critical).det().mid()
+    return (total - identity * critical).det().mid()
 
 
 def of_codimension_two(modes: Modes, statement: dict[str, Any], certificate: dict[str, Any]) -> bool:

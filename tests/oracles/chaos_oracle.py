@@ -101,10 +101,10 @@ class ChaosOracle:
         """The state a forcing period after phase 0."""
         t, left = arb(0), 0
         while True:
-            found = self._contact(x, v, t, self.period - t, left)
-            if found is None:
+            contact = self._contact(x, v, t, self.period - t, left)
+            if contact is None:
                 return self._flow(x, v, t, self.period - t)
-            stop, passed = found
+            stop, passed = contact
             _, v = self._flow(x, v, t, passed)
             x, v = stop * self.clearance, -self.restitution * v
             t, left = (t + passed).mid(), stop

@@ -133,9 +133,9 @@ class Residues:
                 term = z
             else:
                 sign = 1 if kind == "same" else -1
-                one = 1 - sign * z
+                base = 1 - sign * z
                 # sums of k^derivative (sign z)^k
-                term = [z / one, z / (one * one), z * (1 + sign * z) / (one * one * one)][derivative] * sign
+                term = [z / base, z / (base * base), z * (1 + sign * z) / (base * base * base)][derivative] * sign
             total += residue * exponent**derivative * term
         return total.real
 
@@ -198,10 +198,10 @@ def zeros_of(chain: Chain, kind: str, start: float, stop: float) -> list[arb]:
         residues = Residues.of(chain)
         cells = max(1, int((stop - start) / 2.0))
         places = [arb(start) + (arb(stop) - arb(start)) * i / cells for i in range(cells + 1)]
-        found: list[arb] = []
+        zeros: list[arb] = []
         for left, right in itertools.pairwise(places):
-            found += isolate(lambda tau, order: residues.value(kind, tau, order), left.mid(), right.mid())
-        return sorted(found, key=lambda zero: float(zero.mid()))
+            zeros += isolate(lambda tau, order: residues.value(kind, tau, order), left.mid(), right.mid())
+        return sorted(zeros, key=lambda zero: float(zero.mid()))
 
 
 def secant(function: Callable[[arb], arb], start: float) -> arb:

@@ -52,22 +52,22 @@ class Events(NamedTuple):
     whole: bool
 
     @classmethod
-    def of_trajectory(cls, found: Trajectory) -> Self:
+    def of_trajectory(cls, run: Trajectory) -> Self:
         """Return the first EVENTS impacts of a trajectory, and the releases between them."""
-        chatters = np.flatnonzero(found.impacts.kind[:EVENTS] == "chatter")
-        releases = found.sticking.stop_time[: len(chatters)]
-        times = found.impacts.time * found.impacts.stop
+        chatters = np.flatnonzero(run.impacts.kind[:EVENTS] == "chatter")
+        releases = run.sticking.stop_time[: len(chatters)]
+        times = run.impacts.time * run.impacts.stop
         return cls(times[:EVENTS], (chatters + 1).tolist(), releases, len(times) <= EVENTS)
 
     @classmethod
     def of_lanes(cls, system: System) -> Self:
         """Return the first EVENTS impacts of the lockstep kernel, and the releases between them."""
-        found = first_impacts(*system._replace(clearance=[system.clearance]), PERIODS, 2 * EVENTS)
-        time = (found.half * (np.pi / system.omega) + found.time)[0]
-        kind = found.kind[0]
+        lanes = first_impacts(*system._replace(clearance=[system.clearance]), PERIODS, 2 * EVENTS)
+        time = (lanes.half * (np.pi / system.omega) + lanes.time)[0]
+        kind = lanes.kind[0]
         hits = np.isin(kind, (IMPACT, CHATTER))
         chatters = np.flatnonzero(kind[hits][:EVENTS] == CHATTER)
-        times = (time * found.stop[0])[hits]
+        times = (time * lanes.stop[0])[hits]
         releases = time[kind == RELEASE][: len(chatters)]
         return cls(times[:EVENTS], (chatters + 1).tolist(), releases, len(times) <= EVENTS and bool(kind[-1] == -1))
 
@@ -94,21 +94,21 @@ class Outcome(NamedTuple):
     wrong: bool
 
 
-def pairs(one: Events, other: Events) -> list[tuple[int, int, float, float]]:
+def pairs(events: Events, other: Events) -> list[tuple[int, int, float, float]]:
     """Return events of both that are the same: their places, impacts from 0 and releases from -1 down, and times.
 
     Flights that follow on rests are compared as far as both motions have them. A flight between two rests may have more
     bounces in one list than in the other.
     """
-    found = []
-    begins = [0, *one.rests], [0, *other.rests]
+    matches = []
+    begins = [0, *events.rests], [0, *other.rests]
     for flight, (a, b) in enumerate(zip(*begins, strict=False)):
-        ends = [part.rests[flight] - 1 if flight < len(part.rests) else len(part.impacts) for part in (one, other)]
+        ends = [part.rests[flight] - 1 if flight < len(part.rests) else len(part.impacts) for part in (events, other)]
         both = min(ends[0] - a, ends[1] - b)
-        found += [(a + k, b + k, float(one.impacts[a + k]), float(other.impacts[b + k])) for k in range(both)]
-        if flight < min(len(one.releases), len(other.releases)):
-            found.append((-1 - flight, -1 - flight, float(one.releases[flight]), float(other.releases[flight])))
-    return found
+        matches += [(a + k, b + k, float(events.impacts[a + k]), float(other.impacts[b + k])) for k in range(both)]
+        if flight < min(len(events.releases), len(other.releases)):
+            matches.append((-1 - flight, -1 - flight, float(events.releases[flight]), float(other.releases[flight])))
+    return matches
 
 
 def allowed(system: System, run: GeneralOracle) -> tuple[Floats, Floats]:
@@ -134,18 +134,18 @@ def allowed(system: System, run: GeneralOracle) -> tuple[Floats, Floats]:
     return ACCURACY * period + error * of_impacts, ACCURACY * period + error * of_releases
 
 
-def compared(system: System, one: Events, other: Events, limits: tuple[Floats, Floats]) -> Outcome:
+def compared(system: System, events: Events, other: Events, limits: tuple[Floats, Floats]) -> Outcome:
     """Compare two lists of events; `limits` are the errors that are allowed of those of the second one."""
     period = 2.0 * np.pi / system.omega
     count, error, share, wrong = 0, 0.0, 0.0, False
-    for _, place, a, b in sorted(pairs(one, other), key=lambda pair: abs(pair[3])):
+    for _, place, a, b in sorted(pairs(events, other), key=lambda pair: abs(pair[3])):
         limit = limits[0][place] if place >= 0 else limits[1][-1 - place]
         if limit > PREDICTABLE * period:
             return Outcome(count, float(error), float(share), bool(wrong))
         away = abs(a - b)
         count, error, share = count + 1, max(error, away / period), max(share, away / limit)
         wrong = wrong or not away <= limit
-    wrong = wrong or (one.whole and one.last_flight != other.last_flight)
+    wrong = wrong or (events.whole and events.last_flight != other.last_flight)
     return Outcome(count, float(error), float(share), bool(wrong))
 
 
@@ -173,17 +173,17 @@ def resting_outcome(system: System) -> Outcome:
     run = exact_run(system)
     run.run(until=RESTING_PERIODS * period)
     assert run.rests
-    found = trajectory(*system, periods=RESTING_PERIODS, samples_per_period=1).sticking
+    sticking = trajectory(*system, periods=RESTING_PERIODS, samples_per_period=1).sticking
     scale = max(float(abs(x)) for x in run.state().displacement) + 1.0
     with digits(run.digits):
         growth = run.growth()
         errors, limits = [], []
         for times, exact, grown in (
-            (found.start, run.rests, growth.rests),
-            (found.stop_time, run.releases, growth.releases),
+            (sticking.start, run.rests, growth.rests),
+            (sticking.stop_time, run.releases, growth.releases),
         ):
             errors += [abs(float(t - a)) for t, a in zip(times.tolist(), exact, strict=False)]
             limits += [RESTING_ACCURACY * period + ROUNDINGS * scale * max(1.0, grow) for grow in grown]
-    wrong = len(found.start) != len(run.rests) or any(a > b for a, b in zip(errors, limits, strict=True))
+    wrong = len(sticking.start) != len(run.rests) or any(a > b for a, b in zip(errors, limits, strict=True))
     share = max(a / b for a, b in zip(errors, limits, strict=True))
     return Outcome(len(errors), max(errors) / period, share, wrong)

@@ -118,11 +118,13 @@ class GeneralOracle:
                     dampers = [2 * real(structure.gamma) * k for k in links]
                 damping, stiffness = tridiagonal(dampers), tridiagonal(links)
             harmonics = []
-            for one in oscillator.drive:
-                s = acb(one.order * real(omega))
-                parts = ([complex_of(v) for v in part] for part in (one.constant, one.rate, one.quadratic))
+            for harmonic in oscillator.drive:
+                s = acb(harmonic.order * real(omega))
+                parts = (
+                    [complex_of(v) for v in part] for part in (harmonic.constant, harmonic.rate, harmonic.quadratic)
+                )
                 harmonics.append(
-                    (one.order, [a + acb(0, 1) * s * b + s * s * c for a, b, c in zip(*parts, strict=True)])
+                    (harmonic.order, [a + acb(0, 1) * s * b + s * s * c for a, b, c in zip(*parts, strict=True)])
                 )
         return cls(
             mass,

@@ -31,15 +31,15 @@ class GrazeOracle:
         Its phase.
     """
 
-    def __init__(self, given: GeneralOracle, stop: int, near: float) -> None:
+    def __init__(self, oracle: GeneralOracle, stop: int, near: float) -> None:
         """Take the numbers of a structure; `near` is about the phase of the forcing at the graze."""
         with digits(PRECISION):
-            self.omega, self.stop = real(given.omega), stop
-            self.restitution = real(given.restitution[0 if stop > 0 else 1])
-            mass, damping, stiffness = (matrix_of(one) for one in (given.mass, given.damping, given.stiffness))
-            self.count, self.orders = mass.nrows(), [order for order, _ in given.harmonics]
-            forces = [[acb(f) for f in amplitudes] for _, amplitudes in given.harmonics]
-            self.contact = [real(h) for h in given.contact]
+            self.omega, self.stop = real(oracle.omega), stop
+            self.restitution = real(oracle.restitution[0 if stop > 0 else 1])
+            mass, damping, stiffness = (matrix_of(matrix) for matrix in (oracle.mass, oracle.damping, oracle.stiffness))
+            self.count, self.orders = mass.nrows(), [order for order, _ in oracle.harmonics]
+            forces = [[acb(f) for f in amplitudes] for _, amplitudes in oracle.harmonics]
+            self.contact = [real(h) for h in oracle.contact]
             jump = mass.solve(arb_mat([[h] for h in self.contact])).entries()
             self.jump = [x / self._contact_of(jump) for x in jump]
             self.matrix = self._equations(mass.solve(stiffness), mass.solve(damping), mass, forces)
@@ -52,7 +52,7 @@ class GrazeOracle:
                 ).solve(acb_mat([[f] for f in force]))
                 for w, force in zip([order * self.omega for order in self.orders], forces, strict=True)
             ]
-            self.motions = [one.entries() for one in motions]
+            self.motions = [motion.entries() for motion in motions]
             self.theta = self._maximum(arb(near))
             self.state = self._steady(self.theta)
             self.gap = (self.stop * self._contact_of(self.state)).mid()
@@ -60,8 +60,8 @@ class GrazeOracle:
     @classmethod
     def of(cls, point: Any) -> Self:
         """Take over the numbers of a grazing point's oscillator, and about its phase."""
-        given = GeneralOracle.of(point.oscillator, point.omega, None, None, digits=PRECISION)
-        return cls(given, point.stop, float(point.state[-1]))
+        oracle = GeneralOracle.of(point.oscillator, point.omega, None, None, digits=PRECISION)
+        return cls(oracle, point.stop, float(point.state[-1]))
 
     def mapped(self, deviation: list[float], scan: bool = False) -> list[arb]:
         """Return the displacement (x_1, v_1, ..., theta) of a state given by its deviation, in that order, from x*.

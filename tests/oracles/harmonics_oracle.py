@@ -39,13 +39,15 @@ class HarmonicsOracle:
 
     def maxima(self, omega: arb, stop: int) -> list[Maximum]:
         """Return all local maxima toward a stop, the highest first."""
-        found = self.coefficients(omega)
-        theta = np.linspace(-np.pi, np.pi, SAMPLES * max(order for order, _ in found), endpoint=False)
+        coefficients = self.coefficients(omega)
+        theta = np.linspace(-np.pi, np.pi, SAMPLES * max(order for order, _ in coefficients), endpoint=False)
         values = stop * sum(
-            (complex(float(x.real.mid()), float(x.imag.mid())) * np.exp(1j * k * theta)).imag for k, x in found
+            (complex(float(x.real.mid()), float(x.imag.mid())) * np.exp(1j * k * theta)).imag for k, x in coefficients
         )
         (places,) = np.nonzero((values >= np.roll(values, 1)) & (values >= np.roll(values, -1)))
-        return sorted((maximum(found, stop, arb(theta[i])) for i in places.tolist()), key=lambda m: -float(m.height))
+        return sorted(
+            (maximum(coefficients, stop, arb(theta[i])) for i in places.tolist()), key=lambda m: -float(m.height)
+        )
 
     def amplitude(self, omega: arb, stop: int) -> arb:
         return self.maxima(omega, stop)[0].height
@@ -61,23 +63,23 @@ class HarmonicsOracle:
         first, second = self.maxima(arb(omega), stop)[:2]
 
         def difference(w: arb) -> arb:
-            found = self.coefficients(w)
-            return maximum(found, stop, first.phase).height - maximum(found, stop, second.phase).height
+            terms = self.coefficients(w)
+            return maximum(terms, stop, first.phase).height - maximum(terms, stop, second.phase).height
 
         place = secant(difference, omega)
-        found = self.coefficients(place)
-        return place, maximum(found, stop, first.phase), maximum(found, stop, second.phase)
+        coefficients = self.coefficients(place)
+        return place, maximum(coefficients, stop, first.phase), maximum(coefficients, stop, second.phase)
 
     def double_graze(self, omega: float, stop: int, gap: arb) -> arb:
         """Return the frequency near omega at which the amplitude toward a stop is the gap."""
         return secant(lambda w: self.amplitude(w, stop) - gap, omega)
 
 
-def maximum(found: Sequence[tuple[int, acb]], stop: int, start: arb) -> Maximum:
+def maximum(coefficients: Sequence[tuple[int, acb]], stop: int, start: arb) -> Maximum:
     """Return the maximum near a phase, by Newton's method."""
     phase = start
     for _ in range(60):
-        turned = [(k, x * acb(0, k * phase).exp()) for k, x in found]
+        turned = [(k, x * acb(0, k * phase).exp()) for k, x in coefficients]
         slope = stop * sum((k * x.real for k, x in turned), arb(0))
         bend = stop * sum((k * k * x.imag for k, x in turned), arb(0))
         following = (phase + slope / bend).mid()

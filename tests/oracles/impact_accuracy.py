@@ -65,15 +65,15 @@ def random_point(seed: int) -> tuple[Oscillator, float, float]:
 def changed_inputs(oscillator: Oscillator, omega: float, clearance: float) -> Iterator[GeneralOracle]:
     """The simulation with one input after the other changed by its CHANGE."""
     with digits():
-        given = {name: [arb(v) for v in getattr(oscillator, name).tolist()] for name in _OF_CHAIN}
+        inputs = {name: [arb(v) for v in getattr(oscillator, name).tolist()] for name in _OF_CHAIN}
         # one number gives the damping of all links, or each has its own
-        given["damping"] = [arb(v) for v in ([oscillator.gamma] if oscillator.gamma else oscillator.link_damping)]
-        given["others"] = [arb(v) for v in (oscillator.restitution, omega, clearance)]
-        for name, values in given.items():
+        inputs["damping"] = [arb(v) for v in ([oscillator.gamma] if oscillator.gamma else oscillator.link_damping)]
+        inputs["others"] = [arb(v) for v in (oscillator.restitution, omega, clearance)]
+        for name, values in inputs.items():
             for i, value in enumerate(values):
                 if value != 0:
                     changed = [value * (1 + arb(CHANGE)) if k == i else v for k, v in enumerate(values)]
-                    yield _of_numbers(oscillator.gamma is not None, **given | {name: changed})
+                    yield _of_numbers(oscillator.gamma is not None, **inputs | {name: changed})
 
 
 def _of_numbers(
@@ -105,9 +105,9 @@ def exact_amplification(oscillator: Oscillator, omega: float, clearance: float, 
 
 def compare(oscillator: Oscillator, omega: float, clearance: float, impacts: int = IMPACTS) -> Accuracy:
     """Compare the first impacts of a trajectory from rest, at most `impacts` and all before a complete chatter."""
-    found = trajectory(oscillator, omega, clearance, periods=40, samples_per_period=1).impacts
-    chatter = np.flatnonzero(found.kind == "chatter")
-    count = min([impacts, len(found.time), *(int(i) + 1 for i in chatter[:1])])
+    record = trajectory(oscillator, omega, clearance, periods=40, samples_per_period=1).impacts
+    chatter = np.flatnonzero(record.kind == "chatter")
+    count = min([impacts, len(record.time), *(int(i) + 1 for i in chatter[:1])])
     exact = GeneralOracle.between(oscillator, omega, clearance)
     exact.run(count)
     amplification = exact_amplification(oscillator, omega, clearance, exact)
@@ -115,12 +115,12 @@ def compare(oscillator: Oscillator, omega: float, clearance: float, impacts: int
         period = 2 * arb.pi() / arb(omega)
         error = np.array(
             [
-                abs(float(int(found.period[k]) * period + arb(found.phase_time[k]) - exact.times[k]))
+                abs(float(int(record.period[k]) * period + arb(record.phase_time[k]) - exact.times[k]))
                 for k in range(count)
             ]
         )
     # a missed or invented impact shifts the list, by much more than this
-    complete = count >= 4 and np.array_equal(found.stop[:count], exact.stops) and bool(np.all(error < 1e-6 / omega))
+    complete = count >= 4 and np.array_equal(record.stop[:count], exact.stops) and bool(np.all(error < 1e-6 / omega))
     return Accuracy(error, amplification, complete)
 
 
@@ -137,20 +137,20 @@ def compare_lockstep(
     omega: float,
     clearances: np.ndarray,
     amplification: np.ndarray | None = None,
-    found: Ensemble | None = None,
+    ensemble: Ensemble | None = None,
 ) -> list[Accuracy]:
     """Compare the first impacts from rest of many clearances in lockstep, of each those before a complete chatter.
 
     `amplification` (n, IMPACTS) is the yardstick of every impact; None: it is measured in 48 digits, which takes ten
-    times as long as the comparison. `found` are the impacts; None: they are computed here.
+    times as long as the comparison. `ensemble` are the impacts; None: they are computed here.
     """
-    if found is None:
-        found = first_impacts(oscillator, omega, clearances, LOCKSTEP_PERIODS, IMPACTS)
-    assert found.whole.all()
+    if ensemble is None:
+        ensemble = first_impacts(oscillator, omega, clearances, LOCKSTEP_PERIODS, IMPACTS)
+    assert ensemble.whole.all()
     results = []
     for lane, clearance in enumerate(clearances.tolist()):
-        listed = int(np.count_nonzero(found.half[lane] >= 0))
-        count = int(np.argmax(np.append(found.kind[lane, :listed] != IMPACT, True)))
+        listed = int(np.count_nonzero(ensemble.half[lane] >= 0))
+        count = int(np.argmax(np.append(ensemble.kind[lane, :listed] != IMPACT, True)))
         ends = count < listed  # the next one is the last of a complete chatter that is listed
         exact = GeneralOracle.between(oscillator, omega, clearance)
         with digits():
@@ -162,9 +162,11 @@ def compare_lockstep(
         error = np.zeros(min(count, len(exact.times)))
         with digits():
             for k, t in enumerate(exact.times[:count]):
-                error[k] = abs(float(int(found.half[lane, k]) * half_period + arb(found.time[lane, k]) - t))
+                error[k] = abs(float(int(ensemble.half[lane, k]) * half_period + arb(ensemble.time[lane, k]) - t))
         # a missed or invented impact shifts the list, by much more than this
-        there = there and np.array_equal(found.stop[lane, :count], exact.stops) and bool(np.all(error < 1e-6 / omega))
+        there = (
+            there and np.array_equal(ensemble.stop[lane, :count], exact.stops) and bool(np.all(error < 1e-6 / omega))
+        )
         if not there:
             size = np.full(len(error), np.nan)
         elif amplification is None:
@@ -182,21 +184,21 @@ def lockstep_amplification(oscillator: Oscillator, omega: float, clearances: np.
     """
     gamma = oscillator.gamma
     assert gamma is not None
-    given = [oscillator.masses, oscillator.stiffnesses, np.array([gamma]), oscillator.forcing]
-    given += [np.array([value]) for value in (oscillator.restitution, omega)]
+    inputs = [oscillator.masses, oscillator.stiffnesses, np.array([gamma]), oscillator.forcing]
+    inputs += [np.array([value]) for value in (oscillator.restitution, omega)]
 
     def times(parts: list[np.ndarray], scale: float = 1.0) -> np.ndarray:
         masses, stiffnesses, damping, forcing, restitution, frequency = parts
         chain = Oscillator.create(masses, stiffnesses, float(damping[0]), forcing, float(restitution[0]))
         w = float(frequency[0])
-        found = first_impacts(chain, w, scale * clearances, LOCKSTEP_PERIODS, IMPACTS)
-        return np.where(found.kind == IMPACT, found.half * (np.pi / w) + found.time, np.nan)
+        ensemble = first_impacts(chain, w, scale * clearances, LOCKSTEP_PERIODS, IMPACTS)
+        return np.where(ensemble.kind == IMPACT, ensemble.half * (np.pi / w) + ensemble.time, np.nan)
 
-    plain = times(given)
-    total = abs(times(given, 1.0 + STEP) - plain)
-    for part, values in enumerate(given):
+    plain = times(inputs)
+    total = abs(times(inputs, 1.0 + STEP) - plain)
+    for part, values in enumerate(inputs):
         for i in np.flatnonzero(values):
-            changed = [v.copy() for v in given]
+            changed = [v.copy() for v in inputs]
             changed[part][i] *= 1.0 + STEP
             total += abs(times(changed) - plain)
     return total / STEP

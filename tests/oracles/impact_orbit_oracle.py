@@ -58,7 +58,7 @@ class Linear:
                 arb_mat([[arb(float(x)) for x in row] for row in m]) for m in both
             )
         self.row = [arb(float(x)) for x in oscillator.contact]
-        self.forces = [(one.order, one) for one in oscillator.drive]
+        self.forces = [(harmonic.order, harmonic) for harmonic in oscillator.drive]
         self.bias = column([float(x) for x in oscillator.bias])
         response = self.mass.solve(column([float(x) for x in oscillator.contact]))
         self.jump = response * (1 / self.along(response))
@@ -73,22 +73,22 @@ class Linear:
 
     def amplitudes(self, omega: arb) -> list[tuple[arb, list[acb], list[acb]]]:
         """For each harmonic its frequency, the forces, and the steady motion."""
-        found, count = [], self.size
-        for order, one in self.forces:
+        responses, count = [], self.size
+        for order, harmonic in self.forces:
             s = order * omega
             forces = [
                 acb(float(c.real), float(c.imag))
                 + acb(0, 1) * s * acb(float(r.real), float(r.imag))
                 + s * s * acb(float(q.real), float(q.imag))
-                for c, r, q in zip(one.constant, one.rate, one.quadratic, strict=True)
+                for c, r, q in zip(harmonic.constant, harmonic.rate, harmonic.quadratic, strict=True)
             ]
             rows = [
                 [acb(self.stiffness[i, j] - s * s * self.mass[i, j], s * self.damping[i, j]) for j in range(count)]
                 for i in range(count)
             ]
             solved = acb_mat(rows).solve(acb_mat([[f] for f in forces]))
-            found.append((s, forces, [solved[i, 0] for i in range(count)]))
-        return found
+            responses.append((s, forces, [solved[i, 0] for i in range(count)]))
+        return responses
 
     def steady(self, omega: arb, time: arb) -> arb_mat:
         """State of the motion without impacts, about which the free motion is."""
@@ -148,7 +148,7 @@ class ImpactOrbit:
         return cls(
             oscillator,
             arb(omega),
-            tuple(arb("inf") if one is None else arb(float(one)) for one in both),
+            tuple(arb("inf") if gap is None else arb(float(gap)) for gap in both),
             [int(s) for s in impacts.stops],
             impacts.period * (1 if impacts.symmetric else 2),
             -1 if impacts.symmetric else 1,
@@ -194,11 +194,11 @@ class ImpactOrbit:
         for flow, impulse in zip(flows, impulses, strict=True):
             whole, added = flow * whole, flow * (added + impulse)
         free = (identity(2 * count) - whole * self.sign).solve(added * self.sign)
-        found = []
+        states = []
         for time, flow, impulse in zip(self.times, flows, impulses, strict=True):
-            found.append(free + linear.steady(self.omega, time))
+            states.append(free + linear.steady(self.omega, time))
             free = flow * (free + impulse)
-        return found
+        return states
 
     def residual(self) -> list[arb]:
         linear, states = self.linear, self.states()
@@ -262,9 +262,9 @@ class OneImpact:
 
     def state(self, phase: arb) -> arb_mat:
         """Displacements and velocities just before the impact."""
-        one = identity(2 * self.linear.size)
+        unit = identity(2 * self.linear.size)
         steady = self.linear.steady(self.omega, phase / self.omega)
-        return (one - self.flow * self.bounce).solve((one - self.flow) * steady)
+        return (unit - self.flow * self.bounce).solve((unit - self.flow) * steady)
 
     def gap(self, phase: arb) -> arb:
         """Distance of the stop from q = 0."""
@@ -292,12 +292,12 @@ class OneImpact:
         """The largest displacement toward the other stop between two impacts, to the square of a step of time."""
         each = (self.linear.generator * (self.span / steps)).exp()
         free = self.bounce * self.state(phase) - self.linear.steady(self.omega, phase / self.omega)
-        found = []
+        displacements = []
         for step in range(1, steps):
             free = each * free
             moved = free + self.linear.steady(self.omega, phase / self.omega + self.span * step / steps)
-            found.append(-self.stop * float(self.linear.along(moved)))
-        return max(found)
+            displacements.append(-self.stop * float(self.linear.along(moved)))
+        return max(displacements)
 
 
 def eigenvalues(matrix: arb_mat) -> list[complex]:

@@ -94,7 +94,7 @@ class LinearFlow:
             rows = self._expand(matrix, observed)
             ctx.prec = bits
             # the exponentials of so many cells, of which others are made when they are needed
-            self._exponentials = {2**k: _rounded(one) for k, one in enumerate(squares)}
+            self._exponentials = {2**k: _rounded(square) for k, square in enumerate(squares)}
             self._observed = _rounded(arb_mat([row for part in rows for row in part[:1]]))
             self._displacements = _rounded(arb_mat([row for part in rows for row in part[1:]]))
             self._first_displacements = _rounded(arb_mat([row for part in rows[:SHORT] for row in part[1:]]))
@@ -112,16 +112,16 @@ class LinearFlow:
         """Return the rows whose products with a state are Taylor coefficients: observed quantity and displacements."""
         size, per_cell = matrix.nrows(), matrix * arb(self.cell)
         rows = arb_mat([*observed.tolist(), *([int(i == j) for j in range(size)] for i in range(self._count))])
-        largest, settled, found = np.full((self._count + 1, size), -np.inf), 0, []
+        largest, settled, terms = np.full((self._count + 1, size), -np.inf), 0, []
         below = (self._digits + 10) * np.log2(10.0)
-        while settled < 2 or len(found) <= SHORT + HIGHEST:
-            found.append(rows.tolist())
-            sizes = _exponents(found[-1])
+        while settled < 2 or len(terms) <= SHORT + HIGHEST:
+            terms.append(rows.tolist())
+            sizes = _exponents(terms[-1])
             largest = np.maximum(largest, sizes)
             settled = settled + 1 if np.all(sizes <= largest - below) else 0
-            rows = (rows * per_cell * (1 / arb(len(found)))).mid()
-            assert len(found) < 4000
-        return found
+            rows = (rows * per_cell * (1 / arb(len(terms)))).mid()
+            assert len(terms) < 4000
+        return terms
 
     def _bound(self, matrix: Floats) -> None:
         """Bound the derivatives of the observed quantity over the whole step, for every number of a state."""
@@ -183,15 +183,15 @@ class LinearFlow:
 
     def _in_cell(self, state: arb_mat, cell: int, targets: Sequence[Target], numbers: Floats) -> Event | None:
         terms = self.observed_terms(state, cell)
-        found: Event | None = None
+        earliest: Event | None = None
         for place, target in enumerate(targets):
             left = [-target.sign * c for c in terms]
             left[0] = left[0] + target.level
             zeros = target.zeros if cell == 0 else 0
             after = self._fall(left[zeros:], numbers)
-            if after is not None and (found is None or after < found.after):
-                found = Event(place, cell, after)
-        return found
+            if after is not None and (earliest is None or after < earliest.after):
+                earliest = Event(place, cell, after)
+        return earliest
 
     def _fall(self, left: list[arb], numbers: Floats) -> arb | None:
         noise = self._noise(numbers)
@@ -225,8 +225,8 @@ class LinearFlow:
             powers.append((powers[-1] * after).mid())
         rates = [arb(0), *(k * power for k, power in enumerate(powers[:-1], 1))]
         series = arb_mat(terms, self._count, (rows * self._at_cell(state, cell)).entries())
-        found = (arb_mat(2, terms, powers + rates) * series).mid().entries()
-        return [*found[: self._count], *(rate / arb(self.cell) for rate in found[self._count :])]
+        entries = (arb_mat(2, terms, powers + rates) * series).mid().entries()
+        return [*entries[: self._count], *(rate / arb(self.cell) for rate in entries[self._count :])]
 
     def whole_step(self, state: arb_mat) -> list[arb]:
         """Return the displacements and rates after a step."""

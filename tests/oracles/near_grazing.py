@@ -102,7 +102,7 @@ models_of = lru_cache(8)(trajectory_models)
 def passage(oscillator: Oscillator, omega: float, stop: int) -> Passage | None:
     """Return where the steady motion comes nearest to a stop, or None where another maximum is almost as near."""
     steady = reference_response(oscillator, models_of(oscillator).free, np.array([omega]))[0]
-    orders = [one.order for one in oscillator.forces]
+    orders = [force.order for force in oscillator.forces]
     harmonics = [(order, complex(stop * x)) for order, x in zip(orders, steady[:, 0, -1], strict=True)]
     theta = np.linspace(-np.pi, np.pi, 720 * max(orders), endpoint=False)
     q = sum((x * np.exp(1j * order * theta)).imag for order, x in harmonics)
@@ -156,15 +156,15 @@ class Outcome(NamedTuple):
     error: float
 
 
-def outcome_of(found: Passage, *, other: bool) -> Outcome:
+def outcome_of(approach: Passage, *, other: bool) -> Outcome:
     """Compare first impacts just beyond a stop, and just not, with the exact crossing."""
-    beyond = [found.clearance(one, other=other) for one in OVERSHOOTS]
-    inside = [found.clearance(-one, other=other) for one in OVERSHOOTS]
-    phases = first_impacts(found.oscillator, found.omega, found.start, [*beyond, *inside])
+    beyond = [approach.clearance(overshoot, other=other) for overshoot in OVERSHOOTS]
+    inside = [approach.clearance(-overshoot, other=other) for overshoot in OVERSHOOTS]
+    phases = first_impacts(approach.oscillator, approach.omega, approach.start, [*beyond, *inside])
     errors = []
     for clearance, phase in zip(beyond, phases[: len(beyond)], strict=True):
-        exact, rate = found.crossing(clearance)
-        errors.append(abs(phase - exact) / (ROUNDINGS * (found.size / rate + 2.0 * np.pi)))
+        exact, rate = approach.crossing(clearance)
+        errors.append(abs(phase - exact) / (ROUNDINGS * (approach.size / rate + 2.0 * np.pi)))
     missed = int(np.count_nonzero(~(np.array(errors) < np.inf)))
     false = int(np.count_nonzero(np.isfinite(phases[len(beyond) :])))
     return Outcome(len(beyond), missed, false, float(np.max(errors)))

@@ -37,8 +37,8 @@ def random_system(seed: int, orders: tuple[int, ...] | None = None) -> tuple[Osc
     for order in chosen if orders else (1, *chosen):
         amplitude, phase, turning = random.normal(size=size), random.normal(size=size), bool(random.random() < 0.3)
         drive.append(force(order, amplitude, phase, unbalance=turning))
-        given = drive[-1].quadratic if turning else drive[-1].constant
-        parts.append((order, forces(given, order if turning else 0)))
+        amplitudes = drive[-1].quadratic if turning else drive[-1].constant
+        parts.append((order, forces(amplitudes, order if turning else 0)))
     structure = Matrices.create(mass, stiffness, damping)
     oracle = StructureOracle(structure.mass_matrix, structure.damping_matrix, structure.stiffness_matrix, contact)
     return Oscillator.of_structure(structure, contact, drive, 0.8), HarmonicsOracle(oracle, parts)
@@ -46,8 +46,8 @@ def random_system(seed: int, orders: tuple[int, ...] | None = None) -> tuple[Osc
 
 def forces(amplitudes: Any, unbalance: int) -> Forces:
     """Return the forces of a harmonic as the oracle takes them."""
-    given = [acb(float(f.real), float(f.imag)) for f in amplitudes]
-    return lambda omega: [f * (unbalance * omega) ** 2 if unbalance else f for f in given]
+    values = [acb(float(f.real), float(f.imag)) for f in amplitudes]
+    return lambda omega: [f * (unbalance * omega) ** 2 if unbalance else f for f in values]
 
 
 def unfolded_points(oscillator: Oscillator) -> list[CodimensionTwoPoint]:

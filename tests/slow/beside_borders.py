@@ -78,10 +78,10 @@ class Column(NamedTuple):
     def run(self, clearances: Floats) -> tuple[Integers, Floats]:
         """Codes and figures of the points, from rest."""
         steady = self.runner.steady(np.array([self.omega]))[0]
-        found = self.runner.run(self.omega, steady, self.system.clearances(clearances), AtRest())
-        return found[0][:, 0], found[1][:, 0]
+        results = self.runner.run(self.omega, steady, self.system.clearances(clearances), AtRest())
+        return results[0][:, 0], results[1][:, 0]
 
-    def labels(self, found: Integers) -> list[tuple[int, ...] | None]:
+    def labels(self, results: Integers) -> list[tuple[int, ...] | None]:
         """Period and impacts on either stop, the fewer first between equal ones; None where unresolved."""
         ordered = sorted if self.system.left is None else list
         names = [lane_state.PERIOD, lane_state.IMPACTS_RIGHT, lane_state.IMPACTS_LEFT]
@@ -89,7 +89,7 @@ class Column(NamedTuple):
             (int(row[names[0]]), *ordered(row[names[1:]].tolist()))
             if row[lane_state.REASON] == codes.RESOLVED
             else None
-            for row in found
+            for row in results
         ]
 
     def point(self, clearance: float, result: Integers, figures: Floats) -> Point:
@@ -120,10 +120,10 @@ def _border(column: Column, low: float, high: float) -> tuple[float, float]:
     return low, high
 
 
-def _is_verified(found: Integers) -> Any:
+def _is_verified(results: Integers) -> Any:
     """Which of the points are verified."""
-    resolved = found[:, lane_state.REASON] == codes.RESOLVED
-    return resolved & (found[:, lane_state.UNVERIFIED] == codes.RESOLVED)
+    resolved = results[:, lane_state.REASON] == codes.RESOLVED
+    return resolved & (results[:, lane_state.UNVERIFIED] == codes.RESOLVED)
 
 
 def _intervals(column: Column) -> list[tuple[float, float]]:
@@ -154,9 +154,9 @@ def points_of(name: str, system: System, borders: int, exact: int) -> tuple[Coun
         counts["columns"] += 1
         omega = float(rng.uniform(*system.omega))
         column = Column(system, runner, omega)
-        found, clearances = _beside(column, rng)
-        counts["borders"] += found
-        if found == 0:
+        borders_here, clearances = _beside(column, rng)
+        counts["borders"] += borders_here
+        if borders_here == 0:
             continue
         results, figures = column.run(clearances)
         resolved, verified = results[:, lane_state.REASON] == codes.RESOLVED, _is_verified(results)
@@ -171,7 +171,7 @@ def points_of(name: str, system: System, borders: int, exact: int) -> tuple[Coun
             if later is not None and later != column.labels(results[i : i + 1])[0]:
                 counts[OTHER] += 1
                 print(f"{OTHER}: {column.point(clearances[i], results[i], figures[i])}, later {later}", flush=True)
-        few = rng.permutation(chosen)[: -(-exact * found // borders)]
+        few = rng.permutation(chosen)[: -(-exact * borders_here // borders)]
         sample += [column.point(clearances[i], results[i], figures[i]) for i in few]
     return counts, sample
 
@@ -189,8 +189,8 @@ def zoomed(name: str, system: System, zooms: int) -> Counter[str]:
             continue
         middle, width = _border(column, *rng.choice(intervals))[0], 10.0 ** rng.uniform(-6, -4)
         clearances = middle * (1.0 + width * np.linspace(-0.5, 0.5, ZOOM))
-        for one in omega * (1.0 + width * np.linspace(-0.5, 0.5, ZOOM)):
-            column = Column(system, runner, float(one))
+        for frequency in omega * (1.0 + width * np.linspace(-0.5, 0.5, ZOOM)):
+            column = Column(system, runner, float(frequency))
             results, _ = column.run(clearances)
             verified = _is_verified(results)
             later = column.labels(column._replace(runner=lasting).run(clearances)[0])
@@ -219,8 +219,8 @@ def main(
             verdicts = Counter(pool.map(in_fifty_digits, sample, chunksize=1))
             total += counts + Counter({"in 50 digits": len(sample), OTHER: verdicts[OTHER]})
             print(f"{name}: {dict(counts)}; in 50 digits: {dict(verdicts)}", flush=True)
-        found = pool.starmap(zoomed, [(*named, zooms) for named in systems.items() if zooms], chunksize=1)
-        for name, counts in zip(systems if zooms else (), found, strict=True):
+        counts_of_zooms = pool.starmap(zoomed, [(*named, zooms) for named in systems.items() if zooms], chunksize=1)
+        for name, counts in zip(systems if zooms else (), counts_of_zooms, strict=True):
             total += counts
             print(f"{name}, {ZOOM} x {ZOOM} points about borders: {dict(counts)}", flush=True)
     print(f"{total[OTHER]} verified labels are wrong")
@@ -228,5 +228,5 @@ def main(
 
 
 if __name__ == "__main__":
-    given = [int(value) for value in sys.argv[1:]]
-    sys.exit(1 if main(*given, *(0, 2)[len(given) - 1 :])[OTHER] else 0)
+    arguments = [int(value) for value in sys.argv[1:]]
+    sys.exit(1 if main(*arguments, *(0, 2)[len(arguments) - 1 :])[OTHER] else 0)

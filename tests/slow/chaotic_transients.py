@@ -58,17 +58,17 @@ def points_of(name: str, count: int) -> Found:
     system, rng = SYSTEMS[name], np.random.default_rng(len(name))
     omega = np.sort(rng.uniform(*system.omega, COLUMNS))
     clearance = np.sort(rng.uniform(*system.clearance, ROWS))
-    found = unfolding_map_tile(Plane.of(system.oscillator, omega, clearance), PERIODS)
-    chance = chance_in_map(found["kind"], Plane.of(system.oscillator, omega, clearance), max_periods=PERIODS)
+    tile = unfolding_map_tile(Plane.of(system.oscillator, omega, clearance), PERIODS)
+    chance = chance_in_map(tile["kind"], Plane.of(system.oscillator, omega, clearance), max_periods=PERIODS)
     assert chance is not None
-    rows, columns = np.nonzero(found["kind"] == KINDS.index("chaotic"))
+    rows, columns = np.nonzero(tile["kind"] == KINDS.index("chaotic"))
     others = np.setdiff1d(np.arange(len(rows)), sample(len(rows), chance.watched))
     exponents = []
     chosen = rng.permutation(others)[:count]
     for row, column in zip(rows[chosen], columns[chosen], strict=True):
         settled, exponent = _run_on(name, float(omega[column]), float(clearance[row]))
         if not settled:
-            exponents.append((found["lyapunov"][row, column], found["lyapunov_error"][row, column], exponent))
+            exponents.append((tile["lyapunov"][row, column], tile["lyapunov_error"][row, column], exponent))
     return Found(chance, len(chosen), len(chosen) - len(exponents), np.array(exponents))
 
 
@@ -83,14 +83,14 @@ def main(points: int, processes: int) -> int:
     """Print what every system's map states and what was found; return how many of the statements are wrong."""
     wrong, every = 0, []
     with get_context("spawn").Pool(processes) as pool:
-        found = pool.starmap(points_of, [(name, -(-points // len(NAMES))) for name in NAMES], chunksize=1)
-    for name, one in zip(NAMES, found, strict=True):
-        chance, off = one.chance, binomial_errors(one.chance, one.settled, one.points)
+        results = pool.starmap(points_of, [(name, -(-points // len(NAMES))) for name in NAMES], chunksize=1)
+    for name, result in zip(NAMES, results, strict=True):
+        chance, off = result.chance, binomial_errors(result.chance, result.settled, result.points)
         wrong += off > ERRORS
-        every.append(one.exponents)
+        every.append(result.exponents)
         print(
             f"{name}: {chance.settled} of {chance.sampled} settle within {chance.run_on} periods, chance "
-            f"{chance.chance:.3f} ({chance.low:.3f} to {chance.high:.3f}); of {one.points} others {one.settled} "
+            f"{chance.chance:.3f} ({chance.low:.3f} to {chance.high:.3f}); of {result.points} others {result.settled} "
             f"({off:.1f} binomial errors)"
         )
     of_map, error, long = np.concatenate(every).T
@@ -106,5 +106,5 @@ def main(points: int, processes: int) -> int:
 
 
 if __name__ == "__main__":
-    given = [int(value) for value in sys.argv[1:]]
-    sys.exit(1 if main(given[0], *(given[1:] or [2])) else 0)
+    arguments = [int(value) for value in sys.argv[1:]]
+    sys.exit(1 if main(arguments[0], *(arguments[1:] or [2])) else 0)

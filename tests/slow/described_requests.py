@@ -39,7 +39,7 @@ def play(store: Store, stop: threading.Event) -> None:
     """Finish the jobs of examples and dismiss all others, until `stop` is set."""
     store.workers.renew(WorkerInfo(_WORKER, _FINGERPRINT, core_version()), _LEASE_SECONDS)
     examples = {
-        process: [canonical(parse_request(process, dict(one))) for one in model.operation.examples.values()]
+        process: [canonical(parse_request(process, dict(example))) for example in model.operation.examples.values()]
         for process, model in PROCESSES.items()
     }
     while not stop.wait(_LOOK_SECONDS):

@@ -32,7 +32,7 @@ def rest(stack: RunningStack) -> None:
 
     def used() -> float:
         processes = [stack.process, *stack.process.children(recursive=True)]
-        return sum(sum(one.cpu_times()[:2]) for one in processes if one.is_running())
+        return sum(sum(process.cpu_times()[:2]) for process in processes if process.is_running())
 
     before = -1.0
     while used() - before > IDLE_SHARE * IDLE_SECONDS:
@@ -77,8 +77,8 @@ def main() -> int:
         rounds = [one_round(browser) for _ in range(ROUNDS)]
         browser.close()
     for name in rounds[0]:
-        print(f"{name}: {', '.join(f'{one[name]:.1f}' for one in rounds)} s", flush=True)
-    return any(median(one[name] for one in rounds) > most * times for name, most in MOST_SECONDS.items())
+        print(f"{name}: {', '.join(f'{figures[name]:.1f}' for figures in rounds)} s", flush=True)
+    return any(median(figures[name] for figures in rounds) > most * times for name, most in MOST_SECONDS.items())
 
 
 if __name__ == "__main__":

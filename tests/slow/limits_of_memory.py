@@ -176,11 +176,11 @@ def measured(name: str, seconds: int) -> bool:
     """Compute a question in a child process, print a line, and return whether it stayed within its memory."""
     process, body = QUESTIONS[name]
     request = parse_request(process, body)
-    planned, said = IMPLEMENTATIONS[process].plan(request), ""
+    planned, refusal = IMPLEMENTATIONS[process].plan(request), ""
     try:
         checked_plan(process, request, ServiceSettings())
     except ProblemException as problem:
-        said = f"; refused: {problem.problem.detail}"
+        refusal = f"; refused: {problem.problem.detail}"
     child = os.fork()
     if not child:
         resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
@@ -193,7 +193,7 @@ def measured(name: str, seconds: int) -> bool:
         ended = "dismissed"
     megabytes = usage.ru_maxrss / 1024
     print(f"{name:<30}{ended or 'FAILED':<10}{megabytes:6.0f} MiB{spent:8.1f} s of processor time", end="")
-    print(f", plan {planned.estimate.seconds:.1f} s, {time.monotonic() - began:.0f} s in all{said}", flush=True)
+    print(f", plan {planned.estimate.seconds:.1f} s, {time.monotonic() - began:.0f} s in all{refusal}", flush=True)
     return ended is not None and usage.ru_maxrss << 10 <= MOST_BYTES
 
 

@@ -66,9 +66,9 @@ def follow(url: str, job_id: str, streams: int, lost: Any) -> None:
 
     async def run() -> int:
         async with client_of(url, streams) as http:
-            found = await asyncio.gather(*(followed(http, job_id) for _ in range(streams)))
+            event_lists = await asyncio.gather(*(followed(http, job_id) for _ in range(streams)))
             stored = await followed(http, job_id)
-        return sum(events != stored for events in found)
+        return sum(events != stored for events in event_lists)
 
     lost.put(asyncio.run(run()))
 
@@ -135,7 +135,7 @@ def rested(url: str) -> int:
 
 def memory() -> dict[str, float]:
     """Return the megabytes of the processes of the stack, by what they are."""
-    found: dict[str, float] = {}
+    megabytes: dict[str, float] = {}
     for process in psutil.Process().children(recursive=True):
         line = " ".join(process.cmdline())
         for name, word in (
@@ -144,8 +144,8 @@ def memory() -> dict[str, float]:
             ("Redis", "unixsocket"),
         ):
             if word in line and "grazemap_service.stack" not in line:
-                found[name] = found.get(name, 0.0) + process.memory_info().rss / 1e6
-    return found
+                megabytes[name] = megabytes.get(name, 0.0) + process.memory_info().rss / 1e6
+    return megabytes
 
 
 def loaded(url: str, clients: int, seconds: float) -> bool:

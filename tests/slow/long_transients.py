@@ -54,9 +54,9 @@ class Capture:
         self.models, self.steady = self.forced.models, self.forced.steady
         self.runner = Runner(oscillator, RunSettings(MAX_PERIODS, 32, linearised=False))
         clearances = np.array([both_clearances(point.clearance)])
-        found = self.runner.run(point.omega, self.steady, clearances, AtRest())[0][0, 0]
-        self.halves = int(found[lane_state.HALVES_RUN])
-        self.captured = found[lane_state.UNVERIFIED] in (RESOLVED, ROUNDING_DECIDES)
+        codes = self.runner.run(point.omega, self.steady, clearances, AtRest())[0][0, 0]
+        self.halves = int(codes[lane_state.HALVES_RUN])
+        self.captured = codes[lane_state.UNVERIFIED] in (RESOLVED, ROUNDING_DECIDES)
         self.problem, self.held = self.forced.problems(0.0)
         self.scratch = self.runner._scratch["verification"]
         self.arrival = self.scratch.capture.arrival.copy()
@@ -75,8 +75,8 @@ class Capture:
         """The distance of a state from the orbit, in units of that at which it is captured."""
         self.scratch.capture.arrival[...] = state
         args = self.forced.stops, self.count, self.length, 1e6, 0.0
-        found = verify(self.problem, self.runner._blocks, self.scratch, *args)
-        return float(found.ratio) if found.reason == RESOLVED else np.inf
+        verification = verify(self.problem, self.runner._blocks, self.scratch, *args)
+        return float(verification.ratio) if verification.reason == RESOLVED else np.inf
 
     def centre(self) -> Floats | None:
         """The orbit at the phase of the arrival; None where the approach is too slow."""
@@ -171,5 +171,5 @@ def sensitive_share(counts: Counter[tuple[str, bool]]) -> float:
 
 
 if __name__ == "__main__":
-    found = main(int(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 2)
-    sys.exit(1 if sensitive_share(found) > MOST_SENSITIVE else 0)
+    totals = main(int(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 2)
+    sys.exit(1 if sensitive_share(totals) > MOST_SENSITIVE else 0)

@@ -365,29 +365,29 @@ SPOILING: list[Change] = [cut, foreign, mistyped]
 
 
 def members(document: Any) -> list[tuple[Any, Any]]:
-    found = [(document, name) for name in document] if isinstance(document, dict) else []
+    pairs = [(document, name) for name in document] if isinstance(document, dict) else []
     for value in document.values() if isinstance(document, dict) else document if isinstance(document, list) else ():
-        found += members(value)
-    return found
+        pairs += members(value)
+    return pairs
 
 
 def leaves(document: Any) -> list[tuple[Any, Any]]:
     keys = document if isinstance(document, dict) else range(len(document)) if isinstance(document, list) else ()
-    found = []
+    pairs = []
     for key in keys:
-        found += leaves(document[key]) if isinstance(document[key], dict | list) else [(document, key)]
-    return found
+        pairs += leaves(document[key]) if isinstance(document[key], dict | list) else [(document, key)]
+    return pairs
 
 
 def lists_of(document: Any) -> list[tuple[Any, Any]]:
     keys = document if isinstance(document, dict) else range(len(document)) if isinstance(document, list) else ()
-    found = []
+    pairs = []
     for key in keys:
         if isinstance(document[key], list):
-            found.append((document, key))
+            pairs.append((document, key))
         if isinstance(document[key], dict | list):
-            found += lists_of(document[key])
-    return found
+            pairs += lists_of(document[key])
+    return pairs
 
 
 def is_number(value: Any) -> bool:
@@ -443,11 +443,11 @@ def main(count: int, processes: int = 2) -> int:
                 print(f"{kind}: {name}: {outcome}: {check(new).reason}", flush=True)
                 if outcome != "true, refused":
                     print(f"  {new}", flush=True)
-    for kind, found in outcomes.items():
-        print(kind, dict(found))
+    for kind, tally in outcomes.items():
+        print(kind, dict(tally))
         print("  not decided:", {reason.strip(): count for reason, count in reasons[kind].most_common() if reason})
-        true, kept = found["true, accepted"] + found["true, refused"], found["true, accepted"]
-        false = found["false, accepted"] + found["false, refused"]
+        true, kept = tally["true, accepted"] + tally["true, refused"], tally["true, accepted"]
+        false = tally["false, accepted"] + tally["false, refused"]
         wrong += (kept < 0.95 * true) + (true < 0.15 * count) + (false < 0.35 * count)
     return wrong
 

@@ -50,41 +50,41 @@ def computed(process: str, body: Document) -> Document:
 
 def declared(body: Document, times: int) -> Document:
     """Return the request with the orders of the forces multiplied, and frequencies and phases divided by a number."""
-    found = copy.deepcopy(body)
-    oscillator = found["oscillator"]
+    request = copy.deepcopy(body)
+    oscillator = request["oscillator"]
     forces = oscillator["forcing"]
     forces = forces if isinstance(forces, list) else [forces]
     forces = forces if isinstance(forces[0], dict) else [{"amplitude": forces}]
-    oscillator["forcing"] = [{**one, "harmonic": times * one.get("harmonic", 1)} for one in forces]
+    oscillator["forcing"] = [{**force, "harmonic": times * force.get("harmonic", 1)} for force in forces]
     for name in ("omega", "range", "horizontal", "vertical"):
-        varied = {"omega": "omega", "range": found.get("vary")}.get(name)
-        value = found.get(name)
+        varied = {"omega": "omega", "range": request.get("vary")}.get(name)
+        value = request.get(name)
         if isinstance(value, dict) and "vary" in value:
             if value["vary"] == "omega":
                 value |= _over({key: part for key, part in value.items() if key != "vary"}, times)
         elif value is not None and varied == "omega":
-            found[name] = _over(value, times)
-    states = found.get("initial", [])
+            request[name] = _over(value, times)
+    states = request.get("initial", [])
     for state in states if isinstance(states, list) else [states]:
         if "phase" in state:
             state["phase"] /= times
-    if "phase" in found:
-        found["phase"] /= times
-    motions = found.get("motions") or ([found["motion"]] if "motion" in found else [])
+    if "phase" in request:
+        request["phase"] /= times
+    motions = request.get("motions") or ([request["motion"]] if "motion" in request else [])
     for motion in motions:
         if "phases" in motion:
             motion["phases"] = _over(motion["phases"], times)
         if "omega" in motion:
             motion["omega"] /= times
-    return found
+    return request
 
 
 def _over(value: Any, times: int) -> Any:
     """Return a number, list or range divided by a number."""
     if isinstance(value, list):
-        return [_over(one, times) for one in value]
+        return [_over(part, times) for part in value]
     if isinstance(value, dict):
-        return {name: one if name == "points" else _over(one, times) for name, one in value.items()}
+        return {name: part if name == "points" else _over(part, times) for name, part in value.items()}
     return value / times
 
 
@@ -93,7 +93,7 @@ def scaled(document: Any, body: Document, times: int, at: tuple[str, ...] = ()) 
     if isinstance(document, dict):
         return {name: _part(name, value, body, times, at) for name, value in document.items()}
     if isinstance(document, list):
-        return [scaled(one, body, times, at) for one in document]
+        return [scaled(part, body, times, at) for part in document]
     return document
 
 
@@ -103,8 +103,8 @@ def _part(name: str, value: Any, body: Document, times: int, at: tuple[str, ...]
     process_of_axes = {side: body[side].get("vary") for side in ("horizontal", "vertical") if side in body}
     if name == "request":
         return declared(value, times)
-    if body.get("returns") and (found := _of_state(name, value, times, at)) is not None:
-        return found
+    if body.get("returns") and (state := _of_state(name, value, times, at)) is not None:
+        return state
     if name in ("harmonic", "harmonics") and not isinstance(value, list):
         return times * value
     if "times" in body and name == "phase":  # that of a force's response, at t = 0
@@ -120,14 +120,14 @@ def _part(name: str, value: Any, body: Document, times: int, at: tuple[str, ...]
 def _of_state(name: str, value: Any, times: int, at: tuple[str, ...]) -> Any:
     """Return arrays of a discontinuity mapping, whose states end with the phase; None for others."""
     if name in ("state", "vector_field", "beta", "gamma", "mapped", "displacement", "simulated"):
-        found = np.array(value)
-        found[..., -1] /= times
-        return found
+        array = np.array(value)
+        array[..., -1] /= times
+        return array
     if name.startswith("jacobian"):
-        found = np.array(value)
-        found[-1, :-1] /= times
-        found[:-1, -1] *= times
-        return found
+        array = np.array(value)
+        array[-1, :-1] /= times
+        array[:-1, -1] *= times
+        return array
     return None
 
 
@@ -145,24 +145,24 @@ def differences(expected: Any, got: Any, exact: bool, at: str = "") -> Iterator[
             if name == "request":
                 both = _in_one_form(both[0], exact), _in_one_form(both[1], exact)
             yield from differences(*both, exact, f"{at}.{name}")
-    elif isinstance(expected, list) and any(isinstance(one, dict | list) for one in expected):
+    elif isinstance(expected, list) and any(isinstance(part, dict | list) for part in expected):
         if len(expected) != len(got):
             yield f"{at}: {len(expected)} and {len(got)}"
             return
-        for number, (one, other) in enumerate(zip(expected, got, strict=True)):
-            yield from differences(one, other, exact, f"{at}[{number}]")
+        for number, (part, other) in enumerate(zip(expected, got, strict=True)):
+            yield from differences(part, other, exact, f"{at}[{number}]")
     elif isinstance(expected, str) or expected is None:
         if expected != got:
             yield f"{at}: {expected!r} and {got!r}"
     else:
-        one, other = np.asarray(expected), np.asarray(got)
-        if one.shape != other.shape or one.dtype.kind != other.dtype.kind:
-            yield f"{at}: shapes {one.shape} and {other.shape}, {one.dtype} and {other.dtype}"
-        elif exact or one.dtype.kind not in "fc":
-            if not np.array_equal(one, other, equal_nan=one.dtype.kind in "fc"):
-                yield f"{at}: {np.count_nonzero(one != other)} of {one.size} numbers differ"
-        elif one.size:
-            yield from _inexact(at, one, other)
+        values, other = np.asarray(expected), np.asarray(got)
+        if values.shape != other.shape or values.dtype.kind != other.dtype.kind:
+            yield f"{at}: shapes {values.shape} and {other.shape}, {values.dtype} and {other.dtype}"
+        elif exact or values.dtype.kind not in "fc":
+            if not np.array_equal(values, other, equal_nan=values.dtype.kind in "fc"):
+                yield f"{at}: {np.count_nonzero(values != other)} of {values.size} numbers differ"
+        elif values.size:
+            yield from _inexact(at, values, other)
 
 
 def _in_one_form(request: Document, exact: bool) -> Document:
@@ -184,27 +184,27 @@ def _path(expected: Document, got: Document) -> tuple[str, ...]:
     return tuple(names) if same else ()
 
 
-def _off_path(at: str, one: Any, other: Any) -> Iterator[str]:
+def _off_path(at: str, points: Any, other: Any) -> Iterator[str]:
     """Yield whether points lie beside a curve; where on it they are depends on round-off in all steps before."""
-    size = np.max(np.abs(one), axis=0)
-    one, apart = one / size, (other - one) / size
-    along = np.gradient(one, axis=0)
+    size = np.max(np.abs(points), axis=0)
+    points, apart = points / size, (other - points) / size
+    along = np.gradient(points, axis=0)
     along /= np.linalg.norm(along, axis=1)[:, None]
     beside = float(np.max(np.abs(apart - np.sum(apart * along, axis=1)[:, None] * along)))
     if beside > FIGURES or float(np.max(np.abs(apart))) > _STEP:
         yield f"{at}: {beside:.2g} beside the curve"
 
 
-def _inexact(at: str, one: Any, other: Any) -> Iterator[str]:
+def _inexact(at: str, values: Any, other: Any) -> Iterator[str]:
     """Yield whether numbers differ by more than `FIGURES` of the largest one."""
     name = at.rpartition(".")[2]
     if name in _ROUNDING:  # they measure round-off, so only their size is known
         return
     if name == "multipliers":  # pairs of one modulus, in either order
-        one, other = np.abs(one), np.abs(other)
-    size = float(np.max(np.abs(one[np.isfinite(one)]), initial=1.0 if name in _GAPS else 0.0))
-    if not np.allclose(one, other, rtol=0.0, atol=FIGURES * size, equal_nan=True):
-        yield f"{at}: differ by {np.nanmax(np.abs(one - other)) / (size or 1.0):.2g}"
+        values, other = np.abs(values), np.abs(other)
+    size = float(np.max(np.abs(values[np.isfinite(values)]), initial=1.0 if name in _GAPS else 0.0))
+    if not np.allclose(values, other, rtol=0.0, atol=FIGURES * size, equal_nan=True):
+        yield f"{at}: differ by {np.nanmax(np.abs(values - other)) / (size or 1.0):.2g}"
 
 
 def systems() -> dict[str, Document]:

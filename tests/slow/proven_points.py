@@ -76,17 +76,17 @@ def proofs_of(seed: int) -> tuple[int, list[dict[str, Any]]]:
 
 
 def main(count: int) -> int:
-    found: dict[int, Counter[str]] = {p: Counter() for p in ORDERS}
+    by_order: dict[int, Counter[str]] = {p: Counter() for p in ORDERS}
     reasons: Counter[str] = Counter()
     for seed in range(count):
         p, proofs = proofs_of(seed)
-        found[p].update(proof["verdict"] for proof in proofs)
+        by_order[p].update(proof["verdict"] for proof in proofs)
         reasons.update(proof["reason"] for proof in proofs if proof["verdict"] == "undecided")
-    for p, verdicts in found.items():
+    for p, verdicts in by_order.items():
         print(f"p = {p}: {dict(verdicts)}")
     for reason, number in reasons.most_common():
         print(f"undecided, {number}: {reason}")
-    all_of = sum(found.values(), Counter[str]())
+    all_of = sum(by_order.values(), Counter[str]())
     print(f"{count} systems: {dict(all_of)}")
     return int(all_of["disproven"] > 0 or all_of["proven"] < NEEDED * all_of.total())
 

@@ -117,7 +117,7 @@ def general_statements(seed: int) -> Iterator[tuple[str, Proof]]:
     system = random_system(seed)
     if system is None or len(system.impacts.whole.stops) > MOST_IMPACTS:
         return
-    right, left = (None if np.isinf(one) else repr(float(one)) for one in both_clearances(system.clearance))
+    right, left = (None if np.isinf(gap) else repr(float(gap)) for gap in both_clearances(system.clearance))
     place = {"omega": repr(system.omega), "clearance": {"right": right, "left": left}}
     rest = {"displacement": "equilibrium", "velocity": ["0"] * system.oscillator.size, "phase": "0"}
     orbit = {"kind": "orbit", **motion(system.impacts), "stable": True}
@@ -288,8 +288,8 @@ def main(share: float, processes: int) -> int:
     false: dict[str, list[Timed]] = {way: [] for way in ("virtual", "beyond")}
     undecided: Counter[str] = Counter()
     with get_context("spawn").Pool(processes) as pool:
-        for found in pool.imap_unordered(worked, range(100_000)):
-            for kind, proof in found:
+        for batch in pool.imap_unordered(worked, range(100_000)):
+            for kind, proof in batch:
                 proofs = false[kind] if kind in false else proven[kind]
                 if kind in proven and proof.certificate["verdict"] != "proven":
                     undecided[f"{kind}: {proof.proof.reason}"] += 1

@@ -137,10 +137,10 @@ def general_points(seed: int, most: int) -> list[Point]:
 
 def resolved_point(point: Point) -> tuple[Point | None, str, int]:
     """The point with the motion that multi-precision arithmetic decides, or why it does not; and the bits."""
-    found = Resolver(point.oscillator, point.omega, MAX_PERIODS).resolve(point.clearance)
-    if found.reason:
-        return None, found.reason, found.bits
-    codes, figures = found.codes, found.figures
+    resolution = Resolver(point.oscillator, point.omega, MAX_PERIODS).resolve(point.clearance)
+    if resolution.reason:
+        return None, resolution.reason, resolution.bits
+    codes, figures = resolution.codes, resolution.figures
     names = lane_state.PERIOD, lane_state.IMPACTS_RIGHT, lane_state.IMPACTS_LEFT
     period, right, left = (max(int(codes[name]), 0) for name in names)
     numbers = float(figures[lane_state.LEAST_VELOCITY]), float(figures[lane_state.MULTIPLIER])
@@ -148,7 +148,7 @@ def resolved_point(point: Point) -> tuple[Point | None, str, int]:
     decided = point._replace(
         period=period, right=right, left=left, symmetric=bool(codes[lane_state.SYMMETRIC]), settled_after=settled_after
     )
-    return decided._replace(least_velocity=numbers[0], multiplier=numbers[1]), "", found.bits
+    return decided._replace(least_velocity=numbers[0], multiplier=numbers[1]), "", resolution.bits
 
 
 def exact_label(point: Point, bits: int) -> Label | None:
@@ -169,7 +169,7 @@ def exact_label(point: Point, bits: int) -> Label | None:
 def outcome_of(seed: int) -> Outcome:
     """Find a point, resolve it, and run it exactly."""
     if seed % 5 == 4:
-        point = next(one for k in count(seed, 1000) for one in general_points(k, 1))
+        point = next(candidate for k in count(seed, 1000) for candidate in general_points(k, 1))
         verified, sensitive = False, True
     else:
         ((point, verified, sensitive),) = late_points(seed, 1)
@@ -185,27 +185,27 @@ def main(points: int, processes: int) -> int:
     """Print the counts, and return whether a label is wrong or too few are decided."""
     with get_context("spawn").Pool(processes) as pool:
         outcomes: list[Outcome] = []
-        for one in pool.imap_unordered(outcome_of, range(points)):
-            outcomes.append(one)
-            if one.resolved != one.exact:
-                print(f"decided {one.resolved}, exactly {one.exact}: {one}", flush=True)
-            elif one.verified and one.resolved not in (None, one.point.label):
-                print(f"verified {one.point.label}, exactly {one.exact}: {one}", flush=True)
+        for outcome in pool.imap_unordered(outcome_of, range(points)):
+            outcomes.append(outcome)
+            if outcome.resolved != outcome.exact:
+                print(f"decided {outcome.resolved}, exactly {outcome.exact}: {outcome}", flush=True)
+            elif outcome.verified and outcome.resolved not in (None, outcome.point.label):
+                print(f"verified {outcome.point.label}, exactly {outcome.exact}: {outcome}", flush=True)
             if len(outcomes) % 20 == 0:
                 counts = dict(Counter(outcome.reason or DECIDED for outcome in outcomes))
                 print(f"{len(outcomes)} of {points}: {counts}", flush=True)
-    decided = [one for one in outcomes if one.resolved is not None]
-    wrong = sum(one.resolved != one.exact for one in decided)
-    wrong_verified = sum(one.verified and one.point.label != one.resolved for one in decided)
+    decided = [outcome for outcome in outcomes if outcome.resolved is not None]
+    wrong = sum(outcome.resolved != outcome.exact for outcome in decided)
+    wrong_verified = sum(outcome.verified and outcome.point.label != outcome.resolved for outcome in decided)
     print(f"{len(outcomes)} points that settle after {LATE} to {MAX_PERIODS} periods")
-    print(f"{sum(one.verified for one in outcomes)} verified, {wrong_verified} of them wrong")
-    print(f"{sum(one.sensitive for one in outcomes)} sensitive")
+    print(f"{sum(outcome.verified for outcome in outcomes)} verified, {wrong_verified} of them wrong")
+    print(f"{sum(outcome.sensitive for outcome in outcomes)} sensitive")
     print(f"{len(decided)} decided, {len(decided) - wrong} of them as exactly; undecided:")
-    for reason, number in Counter(one.reason for one in outcomes if one.reason).items():
+    for reason, number in Counter(outcome.reason for outcome in outcomes if outcome.reason).items():
         print(f"  {number}: {reason}")
-    seconds = [one.seconds for one in outcomes]
+    seconds = [outcome.seconds for outcome in outcomes]
     print(f"seconds a point: mean {np.mean(seconds):.1f}, median {np.median(seconds):.1f}, most {np.max(seconds):.1f}")
-    print(f"bits: {dict(sorted(Counter(one.bits for one in decided).items()))}")
+    print(f"bits: {dict(sorted(Counter(outcome.bits for outcome in decided).items()))}")
     return wrong + wrong_verified + (len(decided) < LEAST_SHARE * len(outcomes))
 
 

@@ -110,12 +110,12 @@ def exact_impacts(case: Case) -> tuple[ResonanceOracle | GeneralOracle, np.ndarr
 def _changed(value: Any, rng: np.random.Generator) -> Any:
     """Return the numbers of a run with every one of them changed; whole numbers and what is absent stay."""
     if isinstance(value, list | tuple):
-        return [_changed(one, rng) for one in value]
+        return [_changed(part, rng) for part in value]
     if value is None or isinstance(value, int):
         return value
     with digits(60):
-        given = value if isinstance(value, acb) else arb(value)
-        return given * (1 + arb(float(rng.choice([-1.0, 1.0]))) * arb(CHANGE))
+        number = value if isinstance(value, acb) else arb(value)
+        return number * (1 + arb(float(rng.choice([-1.0, 1.0]))) * arb(CHANGE))
 
 
 def compare(case: Case, lockstep: bool, exact: ResonanceOracle | GeneralOracle, changes: np.ndarray) -> Outcome:
@@ -127,10 +127,10 @@ def compare(case: Case, lockstep: bool, exact: ResonanceOracle | GeneralOracle, 
         halves, times, stops, grazes = lanes.half[0], lanes.time[0], lanes.stop[0], 0
         chatters = np.flatnonzero(lanes.kind[0, :count] == CHATTER)
     else:
-        found = trajectory(oscillator, omega, clearance, periods=PERIODS, samples_per_period=1).impacts
-        halves, times, stops = 2 * found.period, found.phase_time, found.stop
-        count, grazes = len(times), int(np.count_nonzero(found.kind == "graze"))
-        chatters = np.flatnonzero(found.kind == "chatter")
+        impacts = trajectory(oscillator, omega, clearance, periods=PERIODS, samples_per_period=1).impacts
+        halves, times, stops = 2 * impacts.period, impacts.phase_time, impacts.stop
+        count, grazes = len(times), int(np.count_nonzero(impacts.kind == "graze"))
+        chatters = np.flatnonzero(impacts.kind == "chatter")
     with digits(60):
         period = 2 * arb.pi() / arb(omega)
         inside = [time for time in exact.times if time < PERIODS * period]
@@ -157,21 +157,22 @@ def main(cases: int, find: Callable[[int], Case] = random_case) -> list[Outcome]
         case = find(seed)
         exact, changes = exact_impacts(case)
         for lockstep in (False, True):
-            one = compare(case, lockstep, exact, changes)
+            outcome = compare(case, lockstep, exact, changes)
             name = "lockstep" if lockstep else "trajectory"
             print(
                 f"{case.oscillator.size:6d} {case.offset:16.0e}  {name:10s} "
-                f"{one.impacts:8d} {one.compared:9d} {one.error:8.0e} {one.share:11.3f} {one.wrong:6d} {one.grazes:7d}",
+                f"{outcome.impacts:8d} {outcome.compared:9d} {outcome.error:8.0e} "
+                f"{outcome.share:11.3f} {outcome.wrong:6d} {outcome.grazes:7d}",
                 flush=True,
             )
-            outcomes.append(one)
+            outcomes.append(outcome)
     print(f"{failed(outcomes)} of {len(outcomes)} runs have wrong impacts")
     return outcomes
 
 
 def failed(outcomes: list[Outcome]) -> int:
     """Return how many runs have wrong impacts."""
-    return sum(one.wrong > 0 or one.grazes > 0 for one in outcomes)
+    return sum(outcome.wrong > 0 or outcome.grazes > 0 for outcome in outcomes)
 
 
 if __name__ == "__main__":

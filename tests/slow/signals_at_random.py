@@ -155,8 +155,8 @@ class Disturbed:
 
     def _found(self, target: str) -> psutil.Process | None:
         """Return a process of this kind, if there is one that runs."""
-        found = self._all(target)
-        return self._random.choice(found) if found else None
+        processes = self._all(target)
+        return self._random.choice(processes) if processes else None
 
     def _all(self, target: str) -> list[psutil.Process]:
         parent = self._stack.process
@@ -194,12 +194,12 @@ class Disturbed:
 
 def marked(mark: str) -> list[psutil.Process]:
     """Return the living processes that were started by a stack, by a mark in their environment."""
-    found = []
+    processes = []
     for process in psutil.process_iter():
         with contextlib.suppress(psutil.Error):
             if process.environ().get(_MARK) == mark:
-                found.append(process)
-    return living(found)
+                processes.append(process)
+    return living(processes)
 
 
 def _children(process: psutil.Process) -> list[psutil.Process]:
@@ -216,12 +216,12 @@ def _command(process: psutil.Process) -> str:
 
 def _running(processes: list[psutil.Process]) -> list[psutil.Process]:
     """Return the processes that live and are not stopped."""
-    found = []
+    running = []
     for process in living(processes):
         with contextlib.suppress(psutil.NoSuchProcess):
             if process.status() != psutil.STATUS_STOPPED:
-                found.append(process)
-    return found
+                running.append(process)
+    return running
 
 
 def _resume(process: psutil.Process) -> None:
@@ -301,14 +301,14 @@ def main() -> int:
         os.environ["GRAZEMAP_CACHE_DIR"] = str(cache)
         for seed in range(1, seeds + 1):
             try:
-                maps, said = disturbed(seed, signals, Path(folder, f"data-{seed}"))
+                maps, report = disturbed(seed, signals, Path(folder, f"data-{seed}"))
                 if len(maps) > len(expected):
                     expected = undisturbed(len(maps), Path(folder, f"undisturbed-{seed}"), expected)
                 assert maps == expected[: len(maps)], "a map has other bytes"
                 good += 1
             except AssertionError as error:
-                said = f"FAILED: {error}"
-            print(f"seed {seed}: {said}", flush=True)
+                report = f"FAILED: {error}"
+            print(f"seed {seed}: {report}", flush=True)
     print(f"{good} of {seeds} seeds passed")
     return 0 if good == seeds else 1
 

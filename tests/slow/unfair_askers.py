@@ -24,7 +24,7 @@ def dense() -> list[dict[str, Any]]:
     """Return the questions of the batch."""
     orders = {"oscillator": {"damping": 0.001}, "max_order": 200, "max_multiple": 100}
     ends = [{"start": 0.003, "stop": 0.003135 + 1e-7 * k} for k in range(20)]
-    return [{"process": "codimension-two-points", "request": {**orders, "omega": one}} for one in ends]
+    return [{"process": "codimension-two-points", "request": {**orders, "omega": omega}} for omega in ends]
 
 
 def trajectory(number: int) -> dict[str, Any]:

@@ -52,11 +52,11 @@ class Point(NamedTuple):
     multiplier: float
 
     @classmethod
-    def of(cls, oscillator: Oscillator, omega: float, clearance: Clearance, found: dict[str, Any]) -> Self:
+    def of(cls, oscillator: Oscillator, omega: float, clearance: Clearance, pixel: dict[str, Any]) -> Self:
         """Return a point with what a map has there."""
-        right, left = (max(found[name], 0) for name in ("impacts_right", "impacts_left"))
-        named = found["period"], right, left, found["symmetric"], found["settled_after"]
-        return cls(oscillator, omega, clearance, *named, found["least_impact_velocity"], found["multiplier"])
+        right, left = (max(pixel[name], 0) for name in ("impacts_right", "impacts_left"))
+        named = pixel["period"], right, left, pixel["symmetric"], pixel["settled_after"]
+        return cls(oscillator, omega, clearance, *named, pixel["least_impact_velocity"], pixel["multiplier"])
 
     @property
     def label(self) -> tuple[int, int, int, bool]:
@@ -77,7 +77,7 @@ def clearance_of(value: Any) -> Clearance:
     """Return a clearance of an array (n,), or (n, 2) with infinities for absent stops, as trajectories take it."""
     if np.ndim(value) == 0:
         return float(value)
-    right, left = (None if np.isinf(one) else float(one) for one in value)
+    right, left = (None if np.isinf(gap) else float(gap) for gap in value)
     return right, left
 
 
@@ -95,10 +95,10 @@ def verified_point(seed: int) -> Point:
         else:
             oscillator = DEFAULT
             omega, clearance = float(rng.uniform(0.26, 0.32)), float(rng.uniform(1.2, 2.1))
-        one = unfolding_map_tile(Plane.of(oscillator, np.array([omega]), np.array([clearance])), MAX_PERIODS)
-        found = {name: values[0, 0].item() for name, values in one.items()}
-        if found["verified"] and max(found["impacts_right"], found["impacts_left"]) > 0:
-            return Point.of(oscillator, omega, clearance, found)
+        tile = unfolding_map_tile(Plane.of(oscillator, np.array([omega]), np.array([clearance])), MAX_PERIODS)
+        pixel = {name: values[0, 0].item() for name, values in tile.items()}
+        if pixel["verified"] and max(pixel["impacts_right"], pixel["impacts_left"]) > 0:
+            return Point.of(oscillator, omega, clearance, pixel)
 
 
 class Impacts(NamedTuple):
@@ -156,9 +156,9 @@ def verdict(point: Point, impacts: Impacts | None) -> str:
     """Whether a run has settled to the point's motion, or between equal stops to its mirror image."""
     if impacts is None:
         return NO_VERDICT
-    found, label = label_of(impacts, point.period), point.label
+    run_label, label = label_of(impacts, point.period), point.label
     mirrored = label if point.is_general else (label[0], label[2], label[1], label[3])
-    return EQUAL if found in (label, mirrored) else OTHER
+    return EQUAL if run_label in (label, mirrored) else OTHER
 
 
 def label_of(impacts: Impacts, longest: int) -> tuple[int, int, int, bool] | None:

@@ -36,13 +36,13 @@ def show(watched: Watched, url: str, state: str, *, wait: bool = True) -> Page:
 def verified(page: Page) -> None:
     """Wait for the verified tiles of the window, for as long as there are more and more of them."""
     says = page.locator("#says")
-    said = ""
-    while not re.match(r"\d+ tiles complete", said):
-        count = re.search(r"\d+ of \d+ tiles", said)
+    text = ""
+    while not re.match(r"\d+ tiles complete", text):
+        count = re.search(r"\d+ of \d+ tiles", text)
         if count is not None:
             expect(says).not_to_contain_text(count[0], timeout=WAIT)
         expect(says).to_have_text(re.compile(r"^\d+ tiles complete|\d+ of \d+ tiles"), timeout=WAIT)
-        said = says.inner_text()
+        text = says.inner_text()
 
 
 def reading(page: Page, at: tuple[float, float]) -> str:
@@ -70,10 +70,10 @@ def window(page: Page) -> tuple[list[float], list[float]]:
 
 def place(page: Page, x: float, y: float) -> tuple[float, float]:
     """Return where a point of the plane is on the page."""
-    box, said = page.locator("#plane").bounding_box(), parse_qs(urlsplit(page.url).fragment)
+    box, fragment = page.locator("#plane").bounding_box(), parse_qs(urlsplit(page.url).fragment)
     assert box is not None
-    names = said.get("horizontal", ["omega"])[0], said.get("vertical", ["clearance"])[0]
-    (left, right), (low, high) = ([float(end) for end in said[name][0].split("..")] for name in names)
+    names = fragment.get("horizontal", ["omega"])[0], fragment.get("vertical", ["clearance"])[0]
+    (left, right), (low, high) = ([float(end) for end in fragment[name][0].split("..")] for name in names)
     across, up = (x - left) / (right - left), (high - y) / (high - low)
     return (
         box["x"] + LEFT + across * (box["width"] - LEFT - RIGHT),

@@ -12,8 +12,8 @@ from tests.oracles.fifty_digits import digits
 from tests.oracles.general_oracle import GeneralOracle
 
 FIGURES: dict[str, Any] = {
-    one["id"]: one["value"]
-    for one in json.loads((Path(__file__).parents[1] / "data" / "general_figures.json").read_text("utf-8"))["figures"]
+    entry["id"]: entry["value"]
+    for entry in json.loads((Path(__file__).parents[1] / "data" / "general_figures.json").read_text("utf-8"))["figures"]
 }
 PRINTED = 1e-23
 """Relative error of numbers of which 25 digits are printed."""
@@ -64,14 +64,14 @@ def after_periods(count: int, omega: str) -> arb:
         return (2 * count * arb.pi() / number(omega)).mid()
 
 
-def assert_printed(found: list[arb], printed: list[str], relative: float = PRINTED) -> None:
-    assert len(found) == len(printed)
+def assert_printed(values: list[arb], printed: list[str], relative: float = PRINTED) -> None:
+    assert len(values) == len(printed)
     with digits(60):
-        for value, text in zip(found, printed, strict=True):
+        for value, text in zip(values, printed, strict=True):
             assert abs(value - number(text)) <= relative * abs(number(text))
 
 
-def assert_equal_to(found: list[arb], expected: list[arb], error: float) -> None:
-    assert len(found) == len(expected)
+def assert_equal_to(values: list[arb], expected: list[arb], error: float) -> None:
+    assert len(values) == len(expected)
     with digits(60):
-        assert all(abs(a - b) <= error for a, b in zip(found, expected, strict=True))
+        assert all(abs(a - b) <= error for a, b in zip(values, expected, strict=True))

@@ -85,8 +85,8 @@ def mismatch(ours: np.ndarray, theirs: Any) -> float:
     """Return the largest distance of a multiplier from the nearest of the others, each other used once."""
     rest = list(theirs)
     away = 0.0
-    for one in ours:
-        nearest = min(rest, key=lambda other: abs(other - one))
-        away = max(away, abs(nearest - one))
+    for multiplier in ours:
+        nearest = min(rest, key=lambda other: abs(other - multiplier))
+        away = max(away, abs(nearest - multiplier))
         rest.remove(nearest)
     return away

@@ -54,11 +54,11 @@ def compute(size: str) -> dict[str, np.ndarray]:
     default, slow = Oscillator.create(*DEFAULT), Oscillator.create(*SLOW)
     columns, map_periods, periods = SIZES[size]
     out: dict[str, np.ndarray] = {}
-    found = first_impacts(default, OMEGA, CLEARANCES, 12, 20)
-    out |= {f"first.{name}": value for name, value in found._asdict().items()}
+    ensemble = first_impacts(default, OMEGA, CLEARANCES, 12, 20)
+    out |= {f"first.{name}": value for name, value in ensemble._asdict().items()}
     # complete chatter on its way into a rest, and the release, in lockstep and by itself
-    found = first_impacts(slow, SLOW_OMEGA, SLOW_CLEARANCES, 1, 60)
-    out |= {f"chatter.{name}": value for name, value in found._asdict().items()}
+    ensemble = first_impacts(slow, SLOW_OMEGA, SLOW_CLEARANCES, 1, 60)
+    out |= {f"chatter.{name}": value for name, value in ensemble._asdict().items()}
     result = trajectory(slow, SLOW_OMEGA, SLOW_CLEARANCES[0], periods=1, samples_per_period=8)
     out |= {f"sticking.{name}": getattr(result.sticking, name) for name in ("start", "stop_time", "stop")}
     result = trajectory(default, OMEGA, 1.6, periods=periods, samples_per_period=8)

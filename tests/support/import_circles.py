@@ -24,11 +24,11 @@ def imports_of(packages: tuple[str, ...] = PACKAGES) -> Imports:
 def circles(imports: Imports) -> list[list[str]]:
     """Return the strongly connected components with more than one member, each sorted."""
     reached = {module: _reached(module, imports) for module in imports}
-    found = {
+    components = {
         tuple(sorted(other for other in others if module in reached[other])): None
         for module, others in sorted(reached.items())
     }
-    return [list(circle) for circle in found if len(circle) > 1]
+    return [list(circle) for circle in components if len(circle) > 1]
 
 
 def _reached(module: str, imports: Imports) -> set[str]:
@@ -51,23 +51,26 @@ def side_by_side(package: str, imports: Imports) -> Imports:
         return ".".join(module.split(".")[:depth])
 
     inside = [module for module in imports if module.startswith(package + ".")]
-    found: dict[str, set[str]] = {member(module): set() for module in inside}
+    graph: dict[str, set[str]] = {member(module): set() for module in inside}
     for module in inside:
         others = {member(other) for other in imports[module] if other.startswith(package + ".")}
-        found[member(module)] |= others - {member(module)}
-    return found
+        graph[member(module)] |= others - {member(module)}
+    return graph
 
 
 def all_circles(imports: Imports) -> list[list[str]]:
     """Return the circles of modules, and those of the members of each package."""
     packages = {module.rpartition(".")[0] for module in imports} - {""}
-    found = [*circles(imports), *(c for package in sorted(packages) for c in circles(side_by_side(package, imports)))]
-    return [circle for place, circle in enumerate(found) if circle not in found[:place]]
+    candidates = [
+        *circles(imports),
+        *(c for package in sorted(packages) for c in circles(side_by_side(package, imports))),
+    ]
+    return [circle for place, circle in enumerate(candidates) if circle not in candidates[:place]]
 
 
 if __name__ == "__main__":
-    found = all_circles(imports_of())
-    print(f"{len(found)} import circles in {', '.join(PACKAGES)}")
-    for circle in found:
+    loops = all_circles(imports_of())
+    print(f"{len(loops)} import circles in {', '.join(PACKAGES)}")
+    for circle in loops:
         print("  " + ", ".join(circle))
-    sys.exit(1 if found else 0)
+    sys.exit(1 if loops else 0)

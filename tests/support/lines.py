@@ -30,6 +30,6 @@ def column(oscillator: Oscillator, omega: float, clearances: Floats, max_periods
     task = RunSettings(max_periods, 32)
     runner = Runner(oscillator, task)
     steady = runner.steady(np.array([omega]))[0]
-    found = runner.run(omega, steady, clearances, AtRest())
-    codes, figures = (np.moveaxis(part, 2, 0)[:, :, None] for part in found)
+    results = runner.run(omega, steady, clearances, AtRest())
+    codes, figures = (np.moveaxis(part, 2, 0)[:, :, None] for part in results)
     return named_arrays(codes, figures, ensemble=False, preview=False)

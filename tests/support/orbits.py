@@ -121,8 +121,8 @@ def orbit_of(start):
 def in_window(oscillator, omega, clearance, period, stops, vertical="clearance", other=None):
     """The orbit that is found in a window of the frequency and a clearance; `other` is that of the other stop."""
     at = ParameterPoint.of(oscillator, 1.0, (None, other) if vertical == "clearance_right" else (other, None))
-    found = orbit_in_window(oscillator, at, {"omega": omega, vertical: clearance}, period, stops)
-    return None if found is None else found.orbit
+    answer = orbit_in_window(oscillator, at, {"omega": omega, vertical: clearance}, period, stops)
+    return None if answer is None else answer.orbit
 
 
 def orbit_on(oscillator, curve, index):

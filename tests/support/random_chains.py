@@ -14,8 +14,8 @@ def random_oscillator(random: np.random.Generator, count: int, per_link: bool) -
     masses, stiffnesses = 10 ** random.uniform(-0.5, 0.5, (2, count))
     forcing = random.normal(size=count)
     damping = 10 ** random.uniform(-2.0, -0.5, count)
-    given = damping if per_link else float(damping[0])
-    return Oscillator.create(masses, stiffnesses, given, forcing, float(random.uniform()))
+    damping_or_gamma = damping if per_link else float(damping[0])
+    return Oscillator.create(masses, stiffnesses, damping_or_gamma, forcing, float(random.uniform()))
 
 
 def random_grazing_points(seed: int, count: int, highest_omega: float) -> list[GrazingPoint]:

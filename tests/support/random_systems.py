@@ -92,19 +92,23 @@ def resting_system(seed: int) -> System:
 
 def mirrored(system: System) -> System:
     """Return the system with the signs of q, of the forces and of the bias changed, and the stops exchanged."""
-    one = system.oscillator
-    drive = tuple(replace(h, constant=-h.constant, rate=-h.rate, quadratic=-h.quadratic) for h in one.drive)
-    restitution = one.restitution_of(-1), one.restitution_of(1)
-    other = Oscillator.of_structure(one.structure, one.contact, drive, restitution[0], -one.bias, restitution[1])
+    oscillator = system.oscillator
+    drive = tuple(replace(h, constant=-h.constant, rate=-h.rate, quadratic=-h.quadratic) for h in oscillator.drive)
+    restitution = oscillator.restitution_of(-1), oscillator.restitution_of(1)
+    other = Oscillator.of_structure(
+        oscillator.structure, oscillator.contact, drive, restitution[0], -oscillator.bias, restitution[1]
+    )
     right, left = system.clearance if isinstance(system.clearance, tuple) else (system.clearance,) * 2
     return System(other, system.omega, (left, right))
 
 
 def doubled(system: System) -> System:
     """Return the system with twice the contact row, and twice the clearances."""
-    one = system.oscillator
-    left = one.restitution_of(-1)
-    other = Oscillator.of_structure(one.structure, 2.0 * one.contact, one.drive, one.restitution, one.bias, left)
+    oscillator = system.oscillator
+    left = oscillator.restitution_of(-1)
+    other = Oscillator.of_structure(
+        oscillator.structure, 2.0 * oscillator.contact, oscillator.drive, oscillator.restitution, oscillator.bias, left
+    )
     right, left = system.clearance if isinstance(system.clearance, tuple) else (system.clearance,) * 2
     return System(other, system.omega, (right and 2.0 * right, left and 2.0 * left))
 
@@ -113,10 +117,12 @@ def _steady(oscillator: Oscillator, omega: float) -> tuple[float, float]:
     """Return the largest contact coordinate of the steady motion about the equilibrium, and that of the latter."""
     mass, damping, stiffness = oscillator.mass_matrix, oscillator.damping_matrix, oscillator.stiffness_matrix
     angle, motion = np.linspace(0.0, 2.0 * np.pi, 400), np.zeros(400)
-    for one in oscillator.drive:
-        s = one.order * omega
-        amplitude = np.linalg.solve(stiffness - s * s * mass + 1j * s * damping, one.amplitudes(np.array([omega]))[0])
-        motion += (oscillator.contact @ amplitude * np.exp(1j * one.order * angle)).imag
+    for harmonic in oscillator.drive:
+        s = harmonic.order * omega
+        amplitude = np.linalg.solve(
+            stiffness - s * s * mass + 1j * s * damping, harmonic.amplitudes(np.array([omega]))[0]
+        )
+        motion += (oscillator.contact @ amplitude * np.exp(1j * harmonic.order * angle)).imag
     return float(np.abs(motion).max()), float(oscillator.contact @ np.linalg.solve(stiffness, oscillator.bias))
 
 

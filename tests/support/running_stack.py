@@ -53,44 +53,44 @@ class RunningStack:
         """The job, asked again while the service is away."""
         for _ in range(100):
             try:
-                found: dict[str, Any] = self.request(f"/v1/jobs/{identity}")
-                return found
+                document: dict[str, Any] = self.request(f"/v1/jobs/{identity}")
+                return document
             except (urllib.error.URLError, ConnectionError, TimeoutError):
                 time.sleep(0.1)
         raise AssertionError("the service did not come back")
 
     def child(self, word: str) -> psutil.Process:
         """The stack's child with a word in its command line, as soon as there is one."""
-        found: list[psutil.Process] = []
+        children: list[psutil.Process] = []
 
         def look() -> list[psutil.Process]:
             for child in living(self.process.children()):
                 with contextlib.suppress(psutil.NoSuchProcess):  # it may end while it is looked at
                     if word in " ".join(child.cmdline()):
-                        found.append(child)
-            return found
+                        children.append(child)
+            return children
 
         until(look)
-        return found[0]
+        return children[0]
 
     def busy_workers(self) -> list[tuple[psutil.Process, psutil.Process]]:
         """Workers with the work-compute_processes that they have at this moment."""
-        found = []
+        pairs = []
         for worker in living(self.child("grazemap_worker").children()):
             with contextlib.suppress(psutil.NoSuchProcess):
-                found += [(worker, process) for process in living(worker.children())]
-        return found
+                pairs += [(worker, process) for process in living(worker.children())]
+        return pairs
 
     def a_busy_worker(self) -> tuple[psutil.Process, psutil.Process]:
         """A worker and its compute process, as soon as there are both."""
-        found: list[tuple[psutil.Process, psutil.Process]] = []
+        pairs: list[tuple[psutil.Process, psutil.Process]] = []
 
         def look() -> list[tuple[psutil.Process, psutil.Process]]:
-            found[:] = self.busy_workers()
-            return found
+            pairs[:] = self.busy_workers()
+            return pairs
 
         until(look)
-        return found[0]
+        return pairs[0]
 
     def redis_socket(self) -> Path:
         """Where the embedded Redis listens, as it says in its own process title."""

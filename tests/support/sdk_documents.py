@@ -19,30 +19,30 @@ from grazemap.wire import canonical, parse_request
 _SCALARS = {"float": 0.5, "int": 1, "bool": True, "str": "text"}
 
 
-def example(schema: RecordSchema, sizes: Mapping[str, int] | None = None, **given: Any) -> Document:
+def example(schema: RecordSchema, sizes: Mapping[str, int] | None = None, **fields: Any) -> Document:
     """Return a document with the fields that every such result has, and with those that are given.
 
     Given lists become arrays of the field's type, and given records get the other fields of their class. Other arrays
     have the sizes of the given ones or `sizes`, and numbers that rise from 0.1 to 1; other lists of records are empty.
     """
-    assert given.keys() <= {field.name for field in schema}, given.keys()
+    assert fields.keys() <= {field.name for field in schema}, fields.keys()
     known = dict(sizes or {})
     for field in schema:
-        if field.name in given and field.dims and not isinstance(field.type, RecordSchema):
-            given[field.name] = np.asarray(given[field.name], dtype=field.stored_dtype)
-            known |= dict(zip(field.dims, given[field.name].shape, strict=False))
-    there = (field for field in schema if field.name in given or not (field.optional or field.stored_only))
-    return {field.name: _value(field, known, given) for field in there}
+        if field.name in fields and field.dims and not isinstance(field.type, RecordSchema):
+            fields[field.name] = np.asarray(fields[field.name], dtype=field.stored_dtype)
+            known |= dict(zip(field.dims, fields[field.name].shape, strict=False))
+    there = (field for field in schema if field.name in fields or not (field.optional or field.stored_only))
+    return {field.name: _value(field, known, fields) for field in there}
 
 
-def _value(field: Field, sizes: Mapping[str, int], given: Mapping[str, Any]) -> Any:
+def _value(field: Field, sizes: Mapping[str, int], fields: Mapping[str, Any]) -> Any:
     if isinstance(field.type, RecordSchema):
-        value = given.get(field.name, [] if field.dims else {})
+        value = fields.get(field.name, [] if field.dims else {})
         if field.dims:
             return [example(field.type, sizes, **item) for item in value]
         return None if value is None else example(field.type, sizes, **value)
-    if field.name in given:
-        return given[field.name]
+    if field.name in fields:
+        return fields[field.name]
     shape = [sizes[dim] for dim in field.dims] + ([2] if field.type == "complex" else [])
     if field.dims and field.type in ("float", "complex"):
         return np.linspace(0.1, 1.0, math.prod(shape)).reshape(shape)
@@ -68,11 +68,11 @@ _NAN = np.nan
 
 
 def _sample(
-    name: str, kind: str, request: dict[str, Any], sizes: Mapping[str, int] | None = None, /, **given: Any
+    name: str, kind: str, request: dict[str, Any], sizes: Mapping[str, int] | None = None, /, **fields: Any
 ) -> None:
     """Keep a result of a class of results with its request under a name."""
     REQUESTS[name] = request
-    _DOCUMENTS[name] = example(RESULTS[kind].schema, sizes, **given)
+    _DOCUMENTS[name] = example(RESULTS[kind].schema, sizes, **fields)
 
 
 _RANGE = {"start": 0.2, "stop": 0.3, "points": 3}
@@ -547,7 +547,7 @@ def result_of(sample: str, extra: dict[str, Any] | None = None) -> Any:
     return decode_result(npz(sample, extra))
 
 
-def result_like(kind: str, sizes: Mapping[str, int] | None = None, /, **given: Any) -> Any:
+def result_like(kind: str, sizes: Mapping[str, int] | None = None, /, **fields: Any) -> Any:
     """Return a result of a class with the request of its process's sample, and fields as by `example`."""
     schema = RESULTS[kind].schema
-    return decode_result(_encoded(schema.process, example(schema, sizes, **given), {}))
+    return decode_result(_encoded(schema.process, example(schema, sizes, **fields), {}))

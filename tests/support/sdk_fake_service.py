@@ -105,8 +105,8 @@ class FakeService:
     def _batch(self, asked: list[dict[str, Any]]) -> httpx2.Response:
         """Answer the last request first, as far as `most_lines` goes."""
         lines: list[dict[str, Any]] = []
-        for index, one in reversed([*enumerate(asked)]):
-            job = self._submit(one["process"], one["request"]).json()
+        for index, entry in reversed([*enumerate(asked)]):
+            job = self._submit(entry["process"], entry["request"]).json()
             self.finish(self.jobs[job["id"]])
             line = {"index": index, "id": job["id"], "status": self.ending}
             if self.ending == "successful":
@@ -116,11 +116,11 @@ class FakeService:
         return httpx2.Response(200, content=text.encode(), headers={"content-type": "application/x-ndjson"})
 
     def _list(self, request: httpx2.Request) -> httpx2.Response:
-        found = list(self.jobs.values())
+        jobs = list(self.jobs.values())
         start, limit = int(request.url.params.get("cursor", 0)), int(request.url.params["limit"])
-        page = found[start : start + min(limit, 2)]
+        page = jobs[start : start + min(limit, 2)]
         links = (
-            [{"href": f"https://elsewhere/v1/jobs?cursor={start + 2}", "rel": "next"}] if start + 2 < len(found) else []
+            [{"href": f"https://elsewhere/v1/jobs?cursor={start + 2}", "rel": "next"}] if start + 2 < len(jobs) else []
         )
         return httpx2.Response(200, json={"jobs": page, "links": links})
 

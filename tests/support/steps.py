@@ -70,7 +70,7 @@ def unfinished(store: Store) -> dict[str, int]:
 def pending(store: Store, fingerprint: str) -> list[tuple[str, int]]:
     """The tiles that workers can claim, by job, in the order in which the flows and their jobs are served."""
     redis: Any = store.redis
-    found = []
+    entries = []
     for flow in redis.zrange(f"{PREFIX}flows:{fingerprint}", 0, -1):
         for member in redis.zrange(f"{PREFIX}flow:{fingerprint}:{flow.decode()}", 0, -1):
             identity = member.decode()
@@ -78,5 +78,5 @@ def pending(store: Store, fingerprint: str) -> list[tuple[str, int]]:
             first, total = (int(value or 0) for value in redis.hmget(key, "next", "total"))
             tiles = {int(tile) for tile in redis.smembers(f"{key}:again")} | set(range(first, total))
             taken = {int(tile) for part in ("tiles", "claims") for tile in redis.hkeys(f"{key}:{part}")}
-            found += [(identity, tile) for tile in sorted(tiles - taken, key=lambda tile: (tile == ASSEMBLY, tile))]
-    return found
+            entries += [(identity, tile) for tile in sorted(tiles - taken, key=lambda tile: (tile == ASSEMBLY, tile))]
+    return entries

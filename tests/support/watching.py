@@ -22,11 +22,11 @@ def until(condition: Callable[[], object], seconds: float = 60.0) -> float:
 
 def living(processes: list[psutil.Process]) -> list[psutil.Process]:
     """Return the processes that run; one that has ended counts as dead even if its parent has not waited for it."""
-    found = []
+    running = []
     for process in processes:
         try:
             if process.status() not in (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD):
-                found.append(process)
+                running.append(process)
         except psutil.NoSuchProcess:
             continue
-    return found
+    return running

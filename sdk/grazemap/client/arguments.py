@@ -101,22 +101,22 @@ def validated_each(process: Any, requests: Iterable[Any]) -> list[ProcessRequest
     Raises ParameterError, whose pointers begin with the place of the request, as those of a batch do.
     """
     named = isinstance(process, str)
-    found = []
-    for index, one in enumerate(requests if named else process):
+    models = []
+    for index, request in enumerate(requests if named else process):
         try:
             if named:
-                found.append(validated(process, one))
-            elif isinstance(one, ProcessRequest):
-                found.append(validated(one.operation.process, one))
-            elif isinstance(one, tuple) and len(one) == 2:
-                found.append(validated(*one))
+                models.append(validated(process, request))
+            elif isinstance(request, ProcessRequest):
+                models.append(validated(request.operation.process, request))
+            elif isinstance(request, tuple) and len(request) == 2:
+                models.append(validated(*request))
             else:
                 raise refusal("", "this is no request", "a wire model, or a pair (process, request)")
         except ParameterError as error:
             place = f"/requests/{index}/request"
             below = [each.model_copy(update={"pointer": place + each.pointer}) for each in error.problem.errors]
             raise parameter_error(below) from None
-    return found
+    return models
 
 
 def parameter_error(errors: Sequence[ProblemError]) -> ParameterError:
@@ -272,11 +272,11 @@ def _as_ranges(_: Argument, ranges: Any) -> Any:
     return list(map(_as_range, ranges)) if isinstance(ranges, list) else ranges
 
 
-def _as_range(one: Any) -> Any:
-    one = plain(one)
-    if isinstance(one, int | float):
-        return {"start": one, "stop": one}
-    return {"start": one[0], "stop": one[1]} if isinstance(one, list) and len(one) == 2 else one
+def _as_range(span: Any) -> Any:
+    span = plain(span)
+    if isinstance(span, int | float):
+        return {"start": span, "stop": span}
+    return {"start": span[0], "stop": span[1]} if isinstance(span, list) and len(span) == 2 else span
 
 
 def _as_sizes(_: Argument, sizes: Any) -> Any:
@@ -455,8 +455,8 @@ def choices_of(annotation: Any) -> tuple[Any, ...]:
 
 def _kind(annotation: Any, metadata: Sequence[Any] = ()) -> str:
     """Return the name of a type: that of its `Kind`, or else of its class, without that of None."""
-    named = next((one.name for one in metadata if isinstance(one, Kind)), "")
-    origin, inner = get_origin(annotation), [one for one in get_args(annotation) if one is not NoneType]
+    named = next((item.name for item in metadata if isinstance(item, Kind)), "")
+    origin, inner = get_origin(annotation), [part for part in get_args(annotation) if part is not NoneType]
     if named or origin is None:
         return named or getattr(annotation, "__name__", "")
     if origin is Annotated:

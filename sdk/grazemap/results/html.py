@@ -60,7 +60,7 @@ def _value(value: Any) -> str:
         if "values" in value:  # an axis
             return f"{value['vary']}: {_value(value['values'])}"
         if "start" not in value:  # clearances of the stops
-            return ", ".join(f"{stop} {'absent' if one is None else _value(one)}" for stop, one in value.items())
+            return ", ".join(f"{stop} {'absent' if gap is None else _value(gap)}" for stop, gap in value.items())
         points = f", {value['points']} points" if "points" in value else ""
         return f"{value['start']:g} to {value['stop']:g}{points}"
     if isinstance(value, list) and value:

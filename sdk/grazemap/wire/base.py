@@ -63,8 +63,8 @@ class Request(BaseModel):
     def __pydantic_init_subclass__(cls, **_: Any) -> None:
         """Show help() only the names and defaults of the fields; pydantic's signature has long annotations, too."""
         fields = [
-            Parameter(name, Parameter.KEYWORD_ONLY, default=Parameter.empty if one.is_required() else one.default)
-            for name, one in cls.model_fields.items()
+            Parameter(name, Parameter.KEYWORD_ONLY, default=Parameter.empty if field.is_required() else field.default)
+            for name, field in cls.model_fields.items()
         ]
         cls.__signature__ = Signature(fields)
 
@@ -85,9 +85,9 @@ class Request(BaseModel):
         try:
             request: Self = handler(body)
         except ValidationError as error:
-            details = [explained(one, cls) for one in error.errors(include_url=False, include_input=False)]
-            for one in details:
-                one["loc"] = as_written(one["loc"], places)
+            details = [explained(item, cls) for item in error.errors(include_url=False, include_input=False)]
+            for entry in details:
+                entry["loc"] = as_written(entry["loc"], places)
             raise ValidationError.from_exception_data(error.title, details, hide_input=True) from None
         if places:
             object.__setattr__(request, "written_places", places)

@@ -90,11 +90,11 @@ class BasinFractionsRequest(OneParameterRequest):
             return self
         stops = [point.clearance for point in self.line.corners()]
         right, left = (
-            min(math.inf if one is None else one for one in side)
-            for side in zip(*((one.right, one.left) for one in stops), strict=True)
+            min(math.inf if gap is None else gap for gap in side)
+            for side in zip(*((pair.right, pair.left) for pair in stops), strict=True)
         )
         terms = zip(self.oscillator.contact_row, self.displacement, strict=True)
-        ends = [sorted((h * one.start, h * one.stop)) for h, one in terms]
+        ends = [sorted((h * interval.start, h * interval.stop)) for h, interval in terms]
         if not (sum(low for low, _ in ends) < right and -left < sum(high for _, high in ends)):
             raise invalid("displacement places the contact on a stop or beyond it", INSIDE_STOPS, "displacement")
         return self

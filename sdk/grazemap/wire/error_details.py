@@ -36,17 +36,17 @@ def errors_of(errors: Sequence[Mapping[str, Any]], *, naming: bool = False) -> l
 
 def _error(error: Mapping[str, Any], naming: bool) -> ProblemError:
     source, *where = error["loc"] or ("body",)
-    said = {"detail": error["msg"], "value": "", "hint": "", "allowed": ""} | error.get("ctx", {})
+    context = {"detail": error["msg"], "value": "", "hint": "", "allowed": ""} | error.get("ctx", {})
     if source != "body":
         # of FastAPI, whose message ends with what is allowed: "Input should be greater than 0"
-        allowed = said["detail"].partition(" should ")[2].removeprefix("be ")
-        return ProblemError(pointer=f"?{'.'.join(map(str, where))}", detail=said["detail"], allowed=allowed)
+        allowed = context["detail"].partition(" should ")[2].removeprefix("be ")
+        return ProblemError(pointer=f"?{'.'.join(map(str, where))}", detail=context["detail"], allowed=allowed)
     if error["type"] == "extra_forbidden":
         where.pop()  # the pointer is that of the object
-    where += said.get("at", ())
-    allowed = said["allowed"]
+    where += context.get("at", ())
+    allowed = context["allowed"]
     if error["type"] == "float_type" and (unit := next((UNITS[part] for part in where[::-1] if part in UNITS), "")):
         allowed += f", in {unit} in SI"
     pointer = "".join("/" + str(part).replace("~", "~0").replace("/", "~1") for part in where)
-    detail = said["detail"] + (said["value"] if naming else "") + said["hint"]
+    detail = context["detail"] + (context["value"] if naming else "") + context["hint"]
     return ProblemError(pointer=pointer, detail=detail, allowed=allowed)

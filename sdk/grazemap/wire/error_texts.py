@@ -44,21 +44,23 @@ def explained(error: Mapping[str, Any], model: type[BaseModel]) -> InitErrorDeta
     known = error["loc"][:-1] if kind == "extra_forbidden" else error["loc"]
     place = [part for part in known if not (isinstance(part, str) and part.startswith("["))]
     place += error["loc"][len(known) :]
-    said = {"value": "", "hint": "", **error.get("ctx", {})}
-    if "detail" not in said:
-        said["detail"] = _MESSAGES.get(kind, error["msg"])
+    context = {"value": "", "hint": "", **error.get("ctx", {})}
+    if "detail" not in context:
+        context["detail"] = _MESSAGES.get(kind, error["msg"])
         where = place[:-1] if kind == "extra_forbidden" else place
         schemas = [schema_of(model)]
         if kind in _OF_OBJECTS:  # which may have the fields of short forms
             schemas.insert(0, written_schema(model))
-        here, schema = next(((there, one) for one in schemas if (there := _at(one, where))), ([], schemas[0]))
-        said.setdefault("allowed", _describe_all(here, schema))
+        here, schema = next(((there, root) for root in schemas if (there := _at(root, where))), ([], schemas[0]))
+        context.setdefault("allowed", _describe_all(here, schema))
         if kind == "extra_forbidden":
-            said["value"] = f" {json.dumps(str(place[-1])[:_LONGEST_NAME])}"
-            said["hint"] = suggestion(str(place[-1]), [name for one in here for name in one.get("properties", ())])
-    place += said.pop("at", ())
-    message = "{detail}{value}{hint}" + (" (allowed: {allowed})" if said["allowed"] else "")
-    return InitErrorDetails(type=PydanticCustomError(kind, message, said), loc=tuple(place), input=None)
+            context["value"] = f" {json.dumps(str(place[-1])[:_LONGEST_NAME])}"
+            context["hint"] = suggestion(
+                str(place[-1]), [name for branch in here for name in branch.get("properties", ())]
+            )
+    place += context.pop("at", ())
+    message = "{detail}{value}{hint}" + (" (allowed: {allowed})" if context["allowed"] else "")
+    return InitErrorDetails(type=PydanticCustomError(kind, message, context), loc=tuple(place), input=None)
 
 
 @cache
@@ -93,14 +95,14 @@ def branches(schema: Schema, root: Schema) -> list[Schema]:
 
 def _at(root: Schema, where: Sequence[Any]) -> list[Schema]:
     """Return the alternatives of the schema at a place in the body, none where the schema has no such place."""
-    found = branches(root, root)
+    alternatives = branches(root, root)
     for part in where:
         if isinstance(part, int):
-            below = [schema["items"] for schema in found if "items" in schema]
+            below = [schema["items"] for schema in alternatives if "items" in schema]
         else:
-            below = [schema["properties"][part] for schema in found if part in schema.get("properties", {})]
-        found = [branch for schema in below for branch in branches(schema, root)]
-    return found
+            below = [schema["properties"][part] for schema in alternatives if part in schema.get("properties", {})]
+        alternatives = [branch for schema in below for branch in branches(schema, root)]
+    return alternatives
 
 
 def _describe_all(schemas: Sequence[Schema], root: Schema) -> str:

@@ -212,7 +212,7 @@ def _amplitude(oscillator: Oscillator, omega: Floats, side: int) -> Floats:
     except np.linalg.LinAlgError:
         if len(omega) == 1:
             return np.full(1, np.inf)
-        return np.concatenate([_amplitude(oscillator, one, side) for one in np.split(omega, len(omega))])
+        return np.concatenate([_amplitude(oscillator, frequency, side) for frequency in np.split(omega, len(omega))])
     return np.abs(responses[0]) if len(orders) == 1 else _largest(np.array(orders), np.stack(responses, axis=1))
 
 
@@ -252,14 +252,14 @@ def _largest(orders: NDArray[np.int64], responses: Complexes) -> Floats:
     values = (responses @ np.exp(1j * np.outer(orders, theta))).imag
     peaks = (values >= np.roll(values, 1, axis=1)) & (values >= np.roll(values, -1, axis=1))
     row, column = np.nonzero(peaks)
-    place, found = theta[column], values.max(axis=1)
+    place, largest = theta[column], values.max(axis=1)
     for _ in range(_NEWTON_STEPS):
         turned = responses[row] * np.exp(1j * np.outer(place, orders))
-        np.maximum.at(found, row, turned.imag.sum(axis=1))
+        np.maximum.at(largest, row, turned.imag.sum(axis=1))
         slope, bend = turned.real @ orders, turned.imag @ orders**2
         step = np.divide(slope, bend, out=np.zeros_like(slope), where=bend > 0.0)
         place = place + np.clip(step, -theta[1], theta[1])
-    return np.asarray(found)
+    return np.asarray(largest)
 
 
 def resonant_amplitude(oscillator: Oscillator) -> float:
@@ -287,14 +287,14 @@ def _responses(oscillator: Oscillator, orders: Sequence[int], frequency: Floats)
 
 def _forces(oscillator: Oscillator, order: int, frequency: Floats) -> Complexes:
     """Return the complex amplitudes of the forces in one harmonic at its frequencies (m,), shape (m, N)."""
-    found = np.zeros((len(frequency), oscillator.size), dtype=np.complex128)
+    forces = np.zeros((len(frequency), oscillator.size), dtype=np.complex128)
     if not oscillator.harmonics and order == 1:
-        found += np.array(oscillator.amplitudes)
-    for one in oscillator.harmonics:
-        if one.harmonic == order:
-            turn = np.exp(1j * np.array(one.phase)) if one.phase is not None else 1.0
-            each = np.array(one.amplitude) * turn
-            found += frequency[:, None] ** 2 * each if one.law == "unbalance" else each
+        forces += np.array(oscillator.amplitudes)
+    for force in oscillator.harmonics:
+        if force.harmonic == order:
+            turn = np.exp(1j * np.array(force.phase)) if force.phase is not None else 1.0
+            each = np.array(force.amplitude) * turn
+            forces += frequency[:, None] ** 2 * each if force.law == "unbalance" else each
     base = oscillator.base
     if base is not None and order == 1:
         mass, damping, stiffness = matrices(oscillator)
@@ -302,5 +302,5 @@ def _forces(oscillator: Oscillator, order: int, frequency: Floats) -> Complexes:
         moved = frequency[:, None] ** 2 * (mass @ influence)
         if not base.stops_move:
             moved = stiffness @ influence + 1j * frequency[:, None] * (damping @ influence)
-        found += base.amplitude * np.exp(1j * base.phase) * moved
-    return found
+        forces += base.amplitude * np.exp(1j * base.phase) * moved
+    return forces

@@ -44,13 +44,13 @@ _EXAMPLE = 0.02
 def notes_on(request: ProcessRequest) -> list[Note]:
     """Return what is probably not meant in a request that is allowed."""
     spans = {name: _span(request, name) for name in ("omega", "clearance")}
-    found = [*_lists(request), *_damping(request.oscillator), *_millimetres(request), *_period(request)]
+    notes = [*_lists(request), *_damping(request.oscillator), *_millimetres(request), *_period(request)]
     if spans["omega"] is not None:
-        found += _frequencies(request, spans["omega"])
+        notes += _frequencies(request, spans["omega"])
         alone = request.oscillator.beyond_the_chain() is None and not _moves_the_curve(request)
         if spans["clearance"] is not None and alone:
-            found += _window(request, spans["omega"], spans["clearance"])
-    return found
+            notes += _window(request, spans["omega"], spans["clearance"])
+    return notes
 
 
 def _moves_the_curve(request: ProcessRequest) -> bool:

@@ -57,7 +57,7 @@ class ObservedRequest(ProcessRequest):
 
     @field_validator("outputs")
     @classmethod
-    def _outputs_fit(cls, outputs: dict[str, OutputRow], found: ValidationInfo) -> dict[str, OutputRow]:
+    def _outputs_fit(cls, outputs: dict[str, OutputRow], validation: ValidationInfo) -> dict[str, OutputRow]:
         """Return outputs in the order of their names, which are identifiers."""
         for name, output in outputs.items():
             if not name.isidentifier() or keyword.iskeyword(name) or len(name) > _LONGEST_NAME:
@@ -65,8 +65,8 @@ class ObservedRequest(ProcessRequest):
                 raise invalid(detail, f"letters, digits and _, no digit first, at most {_LONGEST_NAME}")
             if not any(output.displacement or ()) and not any(output.velocity or ()):
                 raise invalid("an output has no row", "displacement, velocity, or both", name)
-            for row in ("displacement", "velocity") if "oscillator" in found.data else ():
-                values, count = getattr(output, row), found.data["oscillator"].size
+            for row in ("displacement", "velocity") if "oscillator" in validation.data else ():
+                values, count = getattr(output, row), validation.data["oscillator"].size
                 if values is not None and len(values) != count:
                     detail = f"the row has {len(values)} numbers and the oscillator has {count} degrees of freedom"
                     raise invalid(detail, f"{count} numbers", name, row)

@@ -24,10 +24,10 @@ Key = tuple[str, int, float]
 
 def forced_orders(oscillator: Oscillator) -> list[int]:
     """Return the harmonics in which the forces are not 0, increasing; that of a moving base is 1."""
-    given = oscillator.harmonics or [Forcing.model_validate({"amplitude": oscillator.forcing})]
+    forcings = oscillator.harmonics or [Forcing.model_validate({"amplitude": oscillator.forcing})]
     parts: dict[int, list[Forcing | Base]] = {}
-    for one in given:
-        parts.setdefault(one.harmonic, []).append(one)
+    for forcing in forcings:
+        parts.setdefault(forcing.harmonic, []).append(forcing)
     if oscillator.base is not None:
         parts.setdefault(1, []).append(oscillator.base)
     return sorted(order for order, of_order in parts.items() if _moves(oscillator, of_order))
@@ -64,23 +64,23 @@ def _of_base(oscillator: Oscillator, base: Base) -> Iterator[tuple[Key, Fraction
 
 def _products(oscillator: Oscillator, moved: Exact) -> tuple[Exact, Exact]:
     """Return M r and K r."""
-    given = oscillator.matrices
-    if given is not None:
-        return _product(given.mass, moved), _product(given.stiffness, moved)
+    matrices = oscillator.matrices
+    if matrices is not None:
+        return _product(matrices.mass, moved), _product(matrices.stiffness, moved)
     mass = [Fraction(m) * r for m, r in zip(oscillator.masses, moved, strict=True)]
     return mass, _of_links(oscillator.stiffnesses, moved)
 
 
 def _damped(oscillator: Oscillator, moved: Exact) -> Exact:
     """Return C r, of a chain over a factor."""
-    given = oscillator.matrices
-    if given is None:
+    matrices = oscillator.matrices
+    if matrices is None:
         of = oscillator.damping
-        return _of_links(of if isinstance(of, list) else [of * one for one in oscillator.stiffnesses], moved)
-    if isinstance(given.damping, list):
-        return _product(given.damping, moved)
-    if isinstance(given.damping, RayleighDamping):
-        alpha, beta = map(Fraction, given.damping.rayleigh)
+        return _of_links(of if isinstance(of, list) else [of * k for k in oscillator.stiffnesses], moved)
+    if isinstance(matrices.damping, list):
+        return _product(matrices.damping, moved)
+    if isinstance(matrices.damping, RayleighDamping):
+        alpha, beta = map(Fraction, matrices.damping.rayleigh)
         return [alpha * m + beta * k for m, k in zip(*_products(oscillator, moved), strict=True)]
     return _product(linear.matrices(oscillator)[1].tolist(), moved)
 

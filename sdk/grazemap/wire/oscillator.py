@@ -134,10 +134,16 @@ class Oscillator(Request):
             return values
         moved = values.get("base") is not None
         of_mass = values.get("masses", [None] * 3)
-        given = values.get("matrices")
-        if given is not None:
-            of_mass = given.mass if isinstance(given, Matrices) else given.get("mass") if isinstance(given, dict) else 0
-        if not hasattr(of_mass, "__len__") or len(of_mass) == 0 or (given is not None and not moved):
+        matrices = values.get("matrices")
+        if matrices is not None:
+            of_mass = (
+                matrices.mass
+                if isinstance(matrices, Matrices)
+                else matrices.get("mass")
+                if isinstance(matrices, dict)
+                else 0
+            )
+        if not hasattr(of_mass, "__len__") or len(of_mass) == 0 or (matrices is not None and not moved):
             return values
         return values | {"forcing": [0.0 if moved else 1.0] + [0.0] * (len(of_mass) - 1)}
 
@@ -175,11 +181,11 @@ class Oscillator(Request):
         rows: list[tuple[list[float], tuple[str, ...]]] = []
         if isinstance(self.forcing, list) and not isinstance(self.forcing[0], Forcing):
             rows.append((self.forcing, ("forcing",)))
-        for i, one in enumerate(self.harmonics):
+        for i, force in enumerate(self.harmonics):
             at: tuple[str, ...] = ("forcing", str(i)) if isinstance(self.forcing, list) else ("forcing",)
-            rows.append((one.amplitude, (*at, "amplitude")))
-            if one.phase is not None:
-                rows.append((one.phase, (*at, "phase")))
+            rows.append((force.amplitude, (*at, "amplitude")))
+            if force.phase is not None:
+                rows.append((force.phase, (*at, "phase")))
         if self.base is not None and self.base.influence is not None:
             rows.append((self.base.influence, ("base", "influence")))
         if self.bias is not None:
@@ -255,8 +261,8 @@ class Oscillator(Request):
     @property
     def harmonics(self) -> list[Forcing]:
         """The harmonics of the forces, where they are not a list of amplitudes."""
-        given = self.forcing
-        return [given] if isinstance(given, Forcing) else [one for one in given if isinstance(one, Forcing)]
+        forcing = self.forcing
+        return [forcing] if isinstance(forcing, Forcing) else [force for force in forcing if isinstance(force, Forcing)]
 
     @property
     def orders(self) -> list[int]:
@@ -297,7 +303,7 @@ class Oscillator(Request):
     def amplitudes(self) -> list[float]:
         """Amplitudes of forces of one frequency and phase. Raises TypeError where they are others."""
         plain = _simplest_forcing(self)
-        if any(isinstance(one, dict) for one in plain):
+        if any(isinstance(value, dict) for value in plain):
             raise TypeError("the forces are not of one frequency and phase")
         return plain
 
@@ -343,7 +349,7 @@ def _simplest_contact(row: list[float]) -> int | list[int] | dict[str, list[floa
 
 def _simplest_forcing(oscillator: Oscillator) -> list[Any]:
     """Return the amplitudes of one plain harmonic, or a list of harmonics."""
-    described: list[dict[str, Any]] = [one.model_dump(exclude_defaults=True) for one in oscillator.harmonics]
+    described: list[dict[str, Any]] = [force.model_dump(exclude_defaults=True) for force in oscillator.harmonics]
     described = described or [{"amplitude": oscillator.forcing}]
     return described[0]["amplitude"] if len(described) == 1 and len(described[0]) == 1 else described
 

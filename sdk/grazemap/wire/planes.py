@@ -308,7 +308,7 @@ def with_parameter(oscillator: Oscillator, name: str, value: float) -> Oscillato
     elif name.startswith("restitution"):
         changes = {"restitution": _restitution(oscillator, name, value)}
     elif name == "bias":
-        changes = {"bias": [value * one for one in oscillator.bias or ()]}
+        changes = {"bias": [value * force for force in oscillator.bias or ()]}
     elif name == "forcing":
         changes = _scaled_forces(oscillator, value)
     else:
@@ -333,9 +333,11 @@ def _restitution(oscillator: Oscillator, name: str, value: float) -> float | Res
 def _scaled_forces(oscillator: Oscillator, factor: float) -> dict[str, Any]:
     forcing: Any = oscillator.forcing
     several = oscillator.harmonics
-    changes: dict[str, Any] = {"forcing": [factor * one for one in forcing]} if not several else {}
+    changes: dict[str, Any] = {"forcing": [factor * amplitude for amplitude in forcing]} if not several else {}
     if several:
-        scaled = [one.model_copy(update={"amplitude": [factor * part for part in one.amplitude]}) for one in several]
+        scaled = [
+            force.model_copy(update={"amplitude": [factor * part for part in force.amplitude]}) for force in several
+        ]
         changes = {"forcing": scaled[0] if isinstance(forcing, Forcing) else scaled}
     if oscillator.base is not None:
         changes["base"] = oscillator.base.model_copy(update={"amplitude": factor * oscillator.base.amplitude})
@@ -344,16 +346,16 @@ def _scaled_forces(oscillator: Oscillator, factor: float) -> dict[str, Any]:
 
 def _scaled_damping(oscillator: Oscillator, factor: float) -> dict[str, Any]:
     if oscillator.matrices is None:
-        given = oscillator.damping
-        return {"damping": [factor * one for one in given] if isinstance(given, list) else factor * given}
+        damping = oscillator.damping
+        return {"damping": [factor * value for value in damping] if isinstance(damping, list) else factor * damping}
     of: Any = oscillator.matrices.damping
     if isinstance(of, ModalDamping):
-        modal = [factor * one for one in of.modal] if isinstance(of.modal, list) else factor * of.modal
+        modal = [factor * ratio for ratio in of.modal] if isinstance(of.modal, list) else factor * of.modal
         of = of.model_copy(update={"modal": modal})
     elif isinstance(of, RayleighDamping):
-        of = of.model_copy(update={"rayleigh": [factor * one for one in of.rayleigh]})
+        of = of.model_copy(update={"rayleigh": [factor * coefficient for coefficient in of.rayleigh]})
     else:
-        of = [[factor * one for one in row] for row in of]
+        of = [[factor * entry for entry in row] for row in of]
     return {"matrices": oscillator.matrices.model_copy(update={"damping": of})}
 
 

@@ -181,7 +181,7 @@ def with_short_forms(properties: Mapping[str, Schema], short: ShortForms, root: 
     written: dict[str, Schema] = {}
     for name, text in short.fields.items():
         field = properties.get(name, {})
-        numbers = [one for one in branches(field, root) if one.get("type") == "number"]
+        numbers = [schema for schema in branches(field, root) if schema.get("type") == "number"]
         description = " ".join(filter(None, (field.get("description"), text)))
         usual = {"default": short.vary} if name == "vary" and short.vary else {}
         every = [*numbers, *alternatives.get(name, [values])]

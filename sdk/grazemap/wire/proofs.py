@@ -102,10 +102,10 @@ class Statement(Request):
         needed, others = _FIELDS[self.kind]
         allowed = (*needed, *others, "kind")
         for name in type(self).model_fields:
-            given = getattr(self, name) is not None
-            if name in needed and not given:
+            present = getattr(self, name) is not None
+            if name in needed and not present:
                 raise invalid(f"{name} is missing in a statement of the kind {self.kind}", f"{', '.join(needed)}", name)
-            if given and name not in allowed:
+            if present and name not in allowed:
                 raise invalid(f"a statement of the kind {self.kind} has no {name}", ", ".join(allowed), name)
         if self.radius is not None and (self.motion is None or self.motion.phases is None):
             raise invalid("radius is given, and motion has no phases and velocities", "both, or neither", "radius")
@@ -174,23 +174,23 @@ class ProofsRequest(ProcessRequest):
 
     @model_validator(mode="after")
     def _statement_fits(self) -> ProofsRequest:
-        said = self.statement
-        if said.motion is not None:
-            said.motion.require_period_of(self.oscillator, "statement", "motion")
-            said.motion.require_stops(as_pair(said.clearance), "statement", "motion")
-        if said.kind == "codimension-two":
-            if said.stop is None and not self.oscillator.is_symmetric:
+        statement = self.statement
+        if statement.motion is not None:
+            statement.motion.require_period_of(self.oscillator, "statement", "motion")
+            statement.motion.require_stops(as_pair(statement.clearance), "statement", "motion")
+        if statement.kind == "codimension-two":
+            if statement.stop is None and not self.oscillator.is_symmetric:
                 detail = "stop is missing: a bias or even harmonics let the steady motion graze one stop at a time"
                 raise invalid(detail, "right or left", "statement", "stop")
-            if said.stop is not None and (said.order or 0) % 2:
+            if statement.stop is not None and (statement.order or 0) % 2:
                 detail = "order is odd, and one stop is grazed after whole periods"
                 raise invalid(detail, "an even number", "statement", "order")
         # a bifurcation has all three
-        if said.axis is not None and said.omega is not None and said.clearance is not None:
-            parameter_value(said.axis.vary, said.omega, self.oscillator, said.clearance, "statement")
-        if said.kind == "attraction" and said.clearance is not None:
-            state = said.initial or InitialState()
-            fitted = state.fitted(self.oscillator, said.clearance, ("statement", "initial"))
+        if statement.axis is not None and statement.omega is not None and statement.clearance is not None:
+            parameter_value(statement.axis.vary, statement.omega, self.oscillator, statement.clearance, "statement")
+        if statement.kind == "attraction" and statement.clearance is not None:
+            state = statement.initial or InitialState()
+            fitted = state.fitted(self.oscillator, statement.clearance, ("statement", "initial"))
             # the model is frozen for others; this is still its validation
-            object.__setattr__(self, "statement", said.model_copy(update={"initial": fitted}))
+            object.__setattr__(self, "statement", statement.model_copy(update={"initial": fitted}))
         return self

@@ -82,9 +82,9 @@ class Matrices(Request):
             if any(len(row) != count for row in rows):
                 raise invalid(f"{name} is not square", f"{count} lists of {count} numbers", name)
         if isinstance(self.damping, ModalDamping) and isinstance(self.damping.modal, list):
-            given = len(self.damping.modal)
-            if given != count:
-                detail = f"damping.modal has {given} numbers and the structure has {count} modes"
+            length = len(self.damping.modal)
+            if length != count:
+                detail = f"damping.modal has {length} numbers and the structure has {count} modes"
                 raise invalid(detail, "one number, or one for each mode", "damping", "modal")
         mass, stiffness = np.array(self.mass), np.array(self.stiffness)
         if np.max(np.abs(mass - mass.T)) > _ASYMMETRY * np.max(np.abs(mass)):
@@ -117,7 +117,7 @@ def _contact_tag(value: Any) -> str:
 def _one_contact(value: Any) -> Any:
     """Refuse several contacts by name."""
     row: Any = value.get("row") if isinstance(value, dict) else value
-    if _is_list(row) and any(_is_list(one) or isinstance(one, dict) for one in row):
+    if _is_list(row) and any(_is_list(entry) or isinstance(entry, dict) for entry in row):
         raise invalid(
             "several contacts are not covered in this version", "one contact: a mass, a pair, or a row of N numbers"
         )
@@ -190,9 +190,13 @@ Restitution = Annotated[
 ]
 
 
-def restitutions(given: float | RestitutionPair) -> tuple[float, float]:
+def restitutions(restitution: float | RestitutionPair) -> tuple[float, float]:
     """Return the restitution of the right and of the left stop."""
-    return (given.right, given.left) if isinstance(given, RestitutionPair) else (given, given)
+    return (
+        (restitution.right, restitution.left)
+        if isinstance(restitution, RestitutionPair)
+        else (restitution, restitution)
+    )
 
 
 class ClearancePair(Request):

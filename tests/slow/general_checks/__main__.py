@@ -30,12 +30,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m general_checks", description="Long checks of general systems.")
     parser.add_argument("names", nargs="*", choices=[[], *CHECKS], help="checks; by default all of them")
     parser.add_argument("--processes", type=int, default=2)
-    given = parser.parse_args()
+    arguments = parser.parse_args()
     share, rows = float(os.environ.get("SHARE") or 1.0), []
-    for name in given.names or CHECKS:
+    for name in arguments.names or CHECKS:
         began = time.monotonic()
         print(f"{name}:", flush=True)
-        rows += CHECKS[name](share, given.processes)
+        rows += CHECKS[name](share, arguments.processes)
         print(f"{name} took {time.monotonic() - began:.0f} s", flush=True)
     print(written(rows))
     return int(any(row.wrong for row in rows))

@@ -24,9 +24,14 @@ def window(seed: int) -> System:
     oscillator, omega = system.oscillator, (0.85 * system.omega, 1.15 * system.omega)
     if np.isinf(low[0]):
         # q and the contact row change their signs, so that the only stop is the right one
-        one = oscillator
-        oscillator = type(one).of_structure(
-            one.structure, -one.contact, one.drive, one.restitution_of(-1), one.bias, one.restitution_of(1)
+        original = oscillator
+        oscillator = type(original).of_structure(
+            original.structure,
+            -original.contact,
+            original.drive,
+            original.restitution_of(-1),
+            original.bias,
+            original.restitution_of(1),
         )
         low, high, fixed = low[::-1], high[::-1], fixed[::-1]
     return System(oscillator, omega, (float(low[0]), float(high[0])), float(fixed[1]))

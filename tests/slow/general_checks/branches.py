@@ -69,10 +69,11 @@ def _second_start(oscillator: Oscillator, branch: OrbitBranch) -> OrbitPoint | N
     return None
 
 
-def _alike(one: SpecialPoint, other: SpecialPoint, distance: float, speed: float) -> bool:
-    first, second = (np.sort(point.impacts.whole.velocities) for point in (one, other))
+def _alike(candidate: SpecialPoint, other: SpecialPoint, distance: float, speed: float) -> bool:
+    first, second = (np.sort(point.impacts.whole.velocities) for point in (candidate, other))
     return (
-        (one.type, one.stop, one.admissible, len(first)) == (other.type, other.stop, other.admissible, len(second))
+        (candidate.type, candidate.stop, candidate.admissible, len(first))
+        == (other.type, other.stop, other.admissible, len(second))
         and distance <= COINCIDE
         and bool(np.max(np.abs(first - second)) <= SAME_IMPACTS * speed)
     )
@@ -101,7 +102,7 @@ def _error(oscillator: Oscillator, branch: OrbitBranch, point: SpecialPoint, par
         "PD": lambda orbit: orbit.test_function(-1),
         "GR": lambda orbit: orbit.velocities[point.impact or 0],
     }
-    test, found = tests[point.type], []
+    test, squares = tests[point.type], []
     if point.type != "SN":
         places = [value * (1.0 + side * BESIDE) for side in (-1.0, 1.0)]
         with digits():
@@ -121,9 +122,9 @@ def _error(oscillator: Oscillator, branch: OrbitBranch, point: SpecialPoint, par
             of_both = [test(orbit) for orbit in both]
             if not of_both[0] * of_both[1] < 0:
                 return float("inf")
-            found.append((arb(there), (of_both[0] - of_both[1]) ** 2))
+            squares.append((arb(there), (of_both[0] - of_both[1]) ** 2))
     with digits():
-        (first, low), (second, high) = found
+        (first, low), (second, high) = squares
         return abs(float((first * high - second * low) / (high - low) / value - 1))
 
 
@@ -154,8 +155,8 @@ def compare(seed: int, in_digits: bool) -> Compared | None:
     sides, lonely, coincide = [list(first.special_points), list(second.special_points)], [], 0
     unit, speed = abs(here), float(np.max(np.abs(first.velocities)))
 
-    def apart(one: SpecialPoint, other: SpecialPoint) -> float:
-        return abs(one.values.value(parameter) - other.values.value(parameter)) / unit
+    def apart(candidate: SpecialPoint, other: SpecialPoint) -> float:
+        return abs(candidate.values.value(parameter) - other.values.value(parameter)) / unit
 
     for point in list(sides[0]):
         same = [other for other in sides[1] if _alike(point, other, apart(point, other), speed)]
@@ -196,23 +197,27 @@ def compare(seed: int, in_digits: bool) -> Compared | None:
 def check(share: float, processes: int) -> list[Row]:
     """Compare branches of as many systems as have an orbit, and special points with 50 digits."""
     wanted, digits_wanted = part(BRANCHES, share), part(IN_DIGITS, share)
-    found: list[Compared] = []
+    comparisons: list[Compared] = []
     compared: list[float] = []
     seed = 0
     with get_context("spawn").Pool(processes) as pool:
-        while len(found) < wanted:
+        while len(comparisons) < wanted:
             batch = range(seed, seed + 4 * processes)
             seed = batch.stop
-            jobs = [(one, len(compared) < digits_wanted) for one in batch]
+            jobs = [(trial, len(compared) < digits_wanted) for trial in batch]
             for result in pool.starmap(compare, jobs, chunksize=1):
-                if result is not None and len(found) < wanted:
-                    found.append(result)
+                if result is not None and len(comparisons) < wanted:
+                    comparisons.append(result)
                     compared += result.errors
-    points, guesses, apart, coincide = (sum(one[i] for one in found) for i in range(4))
+    points, guesses, apart, coincide = (sum(comparison[i] for comparison in comparisons) for i in range(4))
     wrong = sum(not error <= ACCURACY for error in compared)
     figure = f"{coincide} where two types coincide, {guesses} not converged"
     return [
-        Row("branches from two starts: those with other special points", len(found), sum(x.apart > 0 for x in found)),
+        Row(
+            "branches from two starts: those with other special points",
+            len(comparisons),
+            sum(x.apart > 0 for x in comparisons),
+        ),
         Row("special points of these branches", points, apart, figure),
         Row("special points against 50 digits", len(compared), wrong, f"error {max(compared, default=0.0):.1e}"),
     ]

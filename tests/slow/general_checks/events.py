@@ -23,11 +23,11 @@ def rests_of(seed: int) -> Outcome:
     return resting_outcome(resting_system(seed))
 
 
-def row(name: str, found: list[Outcome]) -> Row:
+def row(name: str, results: list[Outcome]) -> Row:
     """Return a row of the table."""
-    events, error, share = (f([getattr(one, name) for one in found]) for f, name in _FIGURES)
+    events, error, share = (f([getattr(outcome, name) for outcome in results]) for f, name in _FIGURES)
     figure = f"{events} events, error {error:.1e} T, {share:.3f} of that allowed"
-    return Row(name, len(found), sum(one.wrong for one in found), figure)
+    return Row(name, len(results), sum(outcome.wrong for outcome in results), figure)
 
 
 _FIGURES = ((sum, "compared"), (max, "error"), (max, "share"))
@@ -39,10 +39,10 @@ def check(share: float, processes: int) -> list[Row]:
         # kernels of one size at a time
         seeds = sorted(range(part(SYSTEMS, share)), key=lambda seed: (seed % 6, seed))
         both = []
-        for done, found in enumerate(pool.imap(events_of, seeds, chunksize=4), 1):
-            both.append(found)
-            if any(one is not None and one.wrong for one in found):
-                print(f"events of seed {seeds[done - 1]} differ: {found}", flush=True)
+        for done, pair in enumerate(pool.imap(events_of, seeds, chunksize=4), 1):
+            both.append(pair)
+            if any(outcome is not None and outcome.wrong for outcome in pair):
+                print(f"events of seed {seeds[done - 1]} differ: {pair}", flush=True)
             if done % 200 == 0:
                 print(f"{done} of {len(seeds)} systems", flush=True)
         resting = pool.map(rests_of, RESTING[: part(RESTS, share)], chunksize=1)
@@ -51,7 +51,7 @@ def check(share: float, processes: int) -> list[Row]:
         row(f"first {EVENTS} events in lockstep, 50 digits", [lanes for _, lanes in both if lanes is not None]),
         row("rests and releases, 50 digits", resting),
     ]
-    for seed, one in zip(RESTING, resting, strict=False):
-        if one.wrong:
-            print(f"rests of seed {seed} differ: {one}", flush=True)
+    for seed, outcome in zip(RESTING, resting, strict=False):
+        if outcome.wrong:
+            print(f"rests of seed {seed} differ: {outcome}", flush=True)
     return rows

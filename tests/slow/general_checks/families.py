@@ -75,11 +75,11 @@ def two_impact_orbits(seed: int) -> Orbits:
 def check(share: float, processes: int) -> list[Row]:
     """Compare coefficients and orbits."""
     with get_context("spawn").Pool(processes) as pool:
-        found = pool.map(unfolding_errors, range(part(UNFOLDINGS, share)), chunksize=1)
+        error_lists = pool.map(unfolding_errors, range(part(UNFOLDINGS, share)), chunksize=1)
         orbits = pool.map(two_impact_orbits, range(part(ORBITS, share)), chunksize=1)
-    points = [error for one in found for error in one]
+    points = [error for of_seed in error_lists for error in of_seed]
     wrong = sum(error > COEFFICIENT for error in points)
     rows = [Row("unfoldings of resonant points against exact motions", len(points), wrong, f"error {max(points):.1e}")]
-    compared, wrong = sum(one.compared for one in orbits), sum(one.wrong for one in orbits)
-    error = max(one.error for one in orbits)
+    compared, wrong = sum(orbit.compared for orbit in orbits), sum(orbit.wrong for orbit in orbits)
+    error = max(orbit.error for orbit in orbits)
     return [*rows, Row("orbits with an impact on each stop, 50 digits", compared, wrong, f"error {error:.1e}")]

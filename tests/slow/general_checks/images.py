@@ -23,13 +23,13 @@ def map_of(system: System) -> dict[str, Any]:
     omega = system.omega * np.linspace(0.9, 1.1, OMEGAS)
     clearances = np.linspace(0.9, 1.1, CLEARANCES)[:, None] * np.array(both_clearances(system.clearance))
     columns = [column(system.oscillator, w, clearances, PERIODS) for w in omega.tolist()]
-    return {name: np.concatenate([one[name] for one in columns], axis=1) for name in columns[0]}
+    return {name: np.concatenate([arrays[name] for arrays in columns], axis=1) for name in columns[0]}
 
 
-def differences(one: dict[str, Any], other: dict[str, Any], exchanged: dict[str, str], scale: float) -> list[str]:
+def differences(umap: dict[str, Any], other: dict[str, Any], exchanged: dict[str, str], scale: float) -> list[str]:
     """Return the names of the arrays that differ."""
     names = []
-    for name, values in one.items():
+    for name, values in umap.items():
         same = other[exchanged.get(name, name)]
         factor = scale if name == "least_impact_velocity" else 1
         if (values * factor if factor != 1 else values).tobytes() != same.tobytes():
@@ -51,11 +51,11 @@ def check(share: float, processes: int) -> list[Row]:
     """Compare maps."""
     seeds = sorted(range(part(SYSTEMS, share)), key=lambda seed: (seed % 6, seed))
     with get_context("spawn").Pool(processes) as pool:
-        found = pool.map(images_of, seeds, chunksize=1)
-    for seed, names in zip(seeds, found, strict=True):
+        differing = pool.map(images_of, seeds, chunksize=1)
+    for seed, names in zip(seeds, differing, strict=True):
         if any(names):
             print(f"maps of seed {seed}: mirror image {names[0]}, doubled row {names[1]}", flush=True)
     return [
-        Row(f"maps of {kind} to the byte", len(found), sum(bool(names[k]) for names in found))
+        Row(f"maps of {kind} to the byte", len(differing), sum(bool(names[k]) for names in differing))
         for k, kind in enumerate(("mirror images", "doubled contact rows"))
     ]

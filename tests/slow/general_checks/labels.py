@@ -43,8 +43,8 @@ def verified_pixels(seed: int, pixels: int) -> list[Point]:
         column = {name: values[:, 0] for name, values in tile.items()}
         hit = np.maximum(column["impacts_right"], column["impacts_left"]) > 0
         for i in np.flatnonzero(column["verified"] & hit)[:OF_COLUMN].tolist():
-            found = {name: values[i].item() for name, values in column.items()}
-            points.append(Point.of(system.oscillator, omega, clearance_of(clearances[i]), found))
+            pixel = {name: values[i].item() for name, values in column.items()}
+            points.append(Point.of(system.oscillator, omega, clearance_of(clearances[i]), pixel))
         if len(points) >= pixels:
             break
     return points[:pixels]

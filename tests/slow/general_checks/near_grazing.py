@@ -60,8 +60,13 @@ SYSTEMS = dict(_systems())
 def outcomes_of(name: str, passages: int) -> list[Outcome]:
     """Return the outcomes of so many passages of a system, every second one with another stop farther away."""
     system = SYSTEMS[name]
-    found = (one for w in system.omegas(10 * passages) if (one := passage(system.oscillator, w, system.stop)))
-    return [outcome_of(one, other=k % 2 == 0) for k, one in zip(count(), islice(found, passages), strict=False)]
+    approaches = (
+        approach for w in system.omegas(10 * passages) if (approach := passage(system.oscillator, w, system.stop))
+    )
+    return [
+        outcome_of(approach, other=k % 2 == 0)
+        for k, approach in zip(count(), islice(approaches, passages), strict=False)
+    ]
 
 
 def check(share: float, processes: int) -> list[Row]:
@@ -69,10 +74,10 @@ def check(share: float, processes: int) -> list[Row]:
     passages = part(IMPACTS // len(OVERSHOOTS), share)
     rows = []
     with get_context("spawn").Pool(processes) as pool:
-        found = pool.map(partial(outcomes_of, passages=passages), SYSTEMS, chunksize=1)
-        for name, outcomes in zip(SYSTEMS, found, strict=True):
-            there, missed, false = (sum(one[k] for one in outcomes) for k in range(3))
-            error = max(one.error for one in outcomes)
+        by_system = pool.map(partial(outcomes_of, passages=passages), SYSTEMS, chunksize=1)
+        for name, outcomes in zip(SYSTEMS, by_system, strict=True):
+            there, missed, false = (sum(outcome[k] for outcome in outcomes) for k in range(3))
+            error = max(outcome.error for outcome in outcomes)
             rows.append(
                 Row(
                     f"near-grazing first impacts: {name}",

@@ -47,6 +47,6 @@ def random_case(seed: int) -> Case:
 def check(share: float, processes: int) -> list[Row]:
     """Compare impacts."""
     outcomes = resonance.main(part(CASES, share), random_case)
-    impacts, error = sum(one.compared for one in outcomes), max(one.share for one in outcomes)
+    impacts, error = sum(outcome.compared for outcome in outcomes), max(outcome.share for outcome in outcomes)
     figure = f"{impacts} impacts, error {error:.2f} of that allowed"
     return [Row("runs at resonance and beside it, 60 digits", len(outcomes), resonance.failed(outcomes), figure)]

@@ -55,14 +55,14 @@ def document(process: str, body: Body) -> bytes:
     """Return the document of a request, computed as a worker does, as npz."""
     request, computes = parse_request(process, body), IMPLEMENTATIONS[process]
     if computes.whole is not None:
-        found = computes.whole(request, _silent)
+        result = computes.whole(request, _silent)
     else:
         assert computes.tile is not None
         assert computes.assembled is not None
         plan = IMPLEMENTATIONS[process].plan(request)
         tiles = [decode_npz(encode_npz(computes.tile(request, tile), {}))[0] for tile in plan.tiles]
-        found = computes.assembled(request, plan, tiles, _silent)
-    return encode_npz(found, {})
+        result = computes.assembled(request, plan, tiles, _silent)
+    return encode_npz(result, {})
 
 
 def _silent(done: int, total: int) -> None:
@@ -98,20 +98,20 @@ def _with_arrays(value: Any) -> Any:
 
 def here(*tiers: str) -> Results:
     """Return results that are computed in this process."""
-    found: Results = {}
+    results: Results = {}
     for process, name, body in named(*tiers):
-        found.setdefault(process, {})[name] = fields(document(process, body))
-    return found
+        results.setdefault(process, {})[name] = fields(document(process, body))
+    return results
 
 
 def at_the_level(folder: Path, *options: str) -> Results:
     """Return results that a process computes with the instructions of x86-64-v3 (`tests.support.narrow`)."""
     command = [sys.executable, "-m", "tests.support.digests.documents", str(folder), *options]
     subprocess.run(command, cwd=ROOT, env=os.environ | SETTINGS, check=True, timeout=3600)
-    found: Results = {}
+    results: Results = {}
     for path in sorted(folder.glob("*/*.npz")):
-        found.setdefault(path.parent.name, {})[path.stem] = fields(path.read_bytes())
-    return found
+        results.setdefault(path.parent.name, {})[path.stem] = fields(path.read_bytes())
+    return results
 
 
 def main() -> None:
@@ -121,16 +121,16 @@ def main() -> None:
     parser.add_argument("--tiers", nargs="+", choices=TIERS, required=True)
     parser.add_argument("--only", nargs="+", choices=IMPLEMENTATIONS, help="these processes alone")
     parser.add_argument("--plant", help="the name of an error that is planted first")
-    given = parser.parse_args()
+    arguments = parser.parse_args()
     hurry()  # to compile what is not stored
-    if given.plant:
+    if arguments.plant:
         from tests.support.digests.planted import plant
 
-        plant(given.plant)
-    for process, name, body in named(*given.tiers):
-        if process not in (given.only or IMPLEMENTATIONS):
+        plant(arguments.plant)
+    for process, name, body in named(*arguments.tiers):
+        if process not in (arguments.only or IMPLEMENTATIONS):
             continue
-        path = given.folder / process / f"{name}.npz"
+        path = arguments.folder / process / f"{name}.npz"
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(document(process, body))
 

@@ -88,15 +88,15 @@ def _rounding(module: str, name: str) -> Callable[[], None]:
 
         for info in pkgutil.walk_packages(grazemap_core.__path__, "grazemap_core."):
             importlib.import_module(info.name)
-        for imported in [one for key, one in sys.modules.items() if key.startswith("grazemap_core")]:
-            for key, one in list(vars(imported).items()):
-                if one is function:
+        for imported in [loaded for key, loaded in sys.modules.items() if key.startswith("grazemap_core")]:
+            for key, value in list(vars(imported).items()):
+                if value is function:
                     setattr(imported, key, wrong)
 
     return plant
 
 
-def _swap(process: str, one: str, other: str, *inside: str) -> Callable[[], None]:
+def _swap(process: str, field: str, other: str, *inside: str) -> Callable[[], None]:
     """Return what swaps two fields of a result, or of a document inside it."""
 
     def plant() -> None:
@@ -104,13 +104,13 @@ def _swap(process: str, one: str, other: str, *inside: str) -> Callable[[], None
         assert whole is not None
 
         def wrong(*values: Any) -> Any:
-            found = whole(*values)
-            within = found
+            result = whole(*values)
+            within = result
             for name in inside:
                 within = within[name]
-            if one in within and other in within:
-                within[one], within[other] = within[other], within[one]
-            return found
+            if field in within and other in within:
+                within[field], within[other] = within[other], within[field]
+            return result
 
         IMPLEMENTATIONS[process] = dataclasses.replace(IMPLEMENTATIONS[process], whole=wrong)  # type: ignore[index]
 

@@ -63,9 +63,9 @@ class Record(NamedTuple):
 
 def core_version() -> str:
     """Return the version of pyproject.toml."""
-    found = re.search(r'^version = "(.+)"$', (ROOT / "pyproject.toml").read_text("utf-8"), re.MULTILINE)
-    assert found is not None
-    return found[1]
+    match = re.search(r'^version = "(.+)"$', (ROOT / "pyproject.toml").read_text("utf-8"), re.MULTILINE)
+    assert match is not None
+    return match[1]
 
 
 def digest(field: Field) -> str:
@@ -93,8 +93,8 @@ def libraries() -> dict[str, str]:
 
 def write(results: Results) -> None:
     """Record results of this version, in place of what is recorded."""
-    found = {"version": core_version(), "libraries": libraries(), "digests": digests(results)}
-    DIGESTS.write_text(json.dumps(found, indent=1, sort_keys=True) + "\n", "utf-8")
+    document = {"version": core_version(), "libraries": libraries(), "digests": digests(results)}
+    DIGESTS.write_text(json.dumps(document, indent=1, sort_keys=True) + "\n", "utf-8")
     parts: dict[str, list[NDArray[Any]]] = {name: [] for name in _OF_VALUES.values()}
     for field in _in_order(results):
         if field.values is not None and field.values.size:
@@ -104,11 +104,11 @@ def write(results: Results) -> None:
 
 def read() -> Record:
     """Return what is recorded, with names as they are now."""
-    found, arrays = json.loads(DIGESTS.read_text("utf-8")), npz.unpacked(VALUES.read_bytes())
+    document, arrays = json.loads(DIGESTS.read_text("utf-8")), npz.unpacked(VALUES.read_bytes())
     used = dict.fromkeys(arrays, 0)
     known: Digests = {}
     values: Results = {}
-    for process, named in found["digests"].items():
+    for process, named in document["digests"].items():
         for name, fields in named.items():
             for old, text in fields.items():
                 field = _recorded(text, arrays, used)
@@ -116,7 +116,7 @@ def read() -> Record:
                     continue
                 known.setdefault(process, {}).setdefault(name, {})[renamed(process, old)] = text
                 values.setdefault(process, {}).setdefault(name, {})[renamed(process, old)] = field
-    return Record(found["version"], found["libraries"], known, values)
+    return Record(document["version"], document["libraries"], known, values)
 
 
 def renamed(process: str, name: str) -> str:
@@ -220,13 +220,13 @@ def _by_how_much(before: Field, digest_before: str, now: Field) -> str:
     return f"changed by {size:.1e} of its largest number"
 
 
-def _difference(one: Field | None, other: Field | None) -> float | None:
+def _difference(field: Field | None, other: Field | None) -> float | None:
     """Return the largest difference of numbers, relative to the largest one; None where anything else differs."""
-    if one is None or other is None or one.kind != other.kind:
+    if field is None or other is None or field.kind != other.kind:
         return None
-    if one.values is None or other.values is None:
-        return 0.0 if one.values is other.values else None
-    a, b = one.values, other.values
+    if field.values is None or other.values is None:
+        return 0.0 if field.values is other.values else None
+    a, b = field.values, other.values
     if a.shape != b.shape or a.dtype.kind != b.dtype.kind:
         return None
     if np.array_equal(a, b, equal_nan=a.dtype.kind == "f"):

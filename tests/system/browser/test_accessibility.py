@@ -18,12 +18,12 @@ BARRIERS = {"serious", "critical"}
 
 def barriers(page: Page) -> list[str]:
     """Return axe's serious and critical findings, each with its rule and the element."""
-    found: list[dict[str, Any]] = Axe().run(page).response["violations"]
+    violations: list[dict[str, Any]] = Axe().run(page).response["violations"]
     return [
-        f"{one['id']} ({one['impact']}): {' '.join(map(str, node['target']))}"
-        for one in found
-        if one["impact"] in BARRIERS
-        for node in one["nodes"]
+        f"{violation['id']} ({violation['impact']}): {' '.join(map(str, node['target']))}"
+        for violation in violations
+        if violation["impact"] in BARRIERS
+        for node in violation["nodes"]
     ]
 
 
@@ -40,23 +40,23 @@ def test_axe_finds_no_barrier(watched: Watched, url: str, scheme: Any, width: in
     page = watched.page
     page.emulate_media(color_scheme=scheme)
     page.set_viewport_size({"width": width, "height": height})
-    found = {}
+    by_state = {}
     show(watched, url, USUAL)
-    found["the first window"] = barriers(page)
+    by_state["the first window"] = barriers(page)
     page.locator("#plane").scroll_into_view_if_needed()
     page.mouse.click(*place(page, 0.27, 1.5))
     expect(page.locator("#multipliers svg")).to_be_visible(timeout=WAIT)
     expect(page.locator("#history svg")).to_be_visible(timeout=WAIT)
-    found["an opened point"] = barriers(page)
+    by_state["an opened point"] = barriers(page)
     page.get_by_text("Machine", exact=True).click()
     page.get_by_label("Restitution").fill("2")
     expect(page.locator("#error-restitution")).to_contain_text("less than or equal to 1")
-    found["a form with an error"] = barriers(page)
-    found["every section"] = with_everything_open(page)
+    by_state["a form with an error"] = barriers(page)
+    by_state["every section"] = with_everything_open(page)
     page.get_by_label("Colour").select_option("exponent")
     expect(page.locator("#ramp-text")).to_contain_text("Lyapunov exponent")
-    found["a layer with a ramp"] = barriers(page)
-    assert {state: findings for state, findings in found.items() if findings} == {}
+    by_state["a layer with a ramp"] = barriers(page)
+    assert {state: findings for state, findings in by_state.items() if findings} == {}
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
@@ -81,6 +81,6 @@ def test_axe_sees_a_barrier(small: Watched, url: str) -> None:
             Object.assign(document.getElementById("reading").style, { color: "#bbb", background: "#ccc" });
         }"""
     )
-    found = " ".join(barriers(page))
-    assert "button-name (critical): #home" in found
-    assert "color-contrast (serious): #reading" in found
+    findings = " ".join(barriers(page))
+    assert "button-name (critical): #home" in findings
+    assert "color-contrast (serious): #reading" in findings

@@ -67,8 +67,8 @@ def test_verified_points_stay_right_until_double_precision_ends(small: Watched, 
     verdicts, labels = [], set()
     for row, column in np.random.default_rng(1).integers(128, size=(20, 2)):
         if umap["verified"][row][column]:
-            found = {name: umap[name][row][column] for name in FOUND}
-            point = Point.of(DEFAULT, umap["omega"][column], umap["clearance"][row], found)
+            pixel = {name: umap[name][row][column] for name in FOUND}
+            point = Point.of(DEFAULT, umap["omega"][column], umap["clearance"][row], pixel)
             verdicts.append(verdict(point, impacts_in_fifty_digits(point)))
             labels.add(point.label)
     assert len(verdicts) >= 20 - MOST_NOT_VERIFIED

@@ -59,13 +59,13 @@ def test_the_first_window_comes_as_previews_then_verified_in_the_colours_of_pict
     expect(page.locator("#legend")).to_contain_text("1-1r-1l", timeout=WAIT)  # of a preview
     verified(page)
     requests = watched.posted("unfolding-maps")
-    previews, tiles = ([one for one in requests if one.get("preview", False) is kind] for kind in (True, False))
+    previews, tiles = ([body for body in requests if body.get("preview", False) is kind] for kind in (True, False))
     assert requests.index(previews[0]) == 0
-    distinct = {json.dumps(one) for one in tiles}
+    distinct = {json.dumps(tile) for tile in tiles}
     assert len(distinct) == 12
-    for one in tiles:  # tiles of the dyadic lattice
+    for tile in tiles:  # tiles of the dyadic lattice
         for axis, size in (("omega", 2.0**-6), ("clearance", 2.0**-2)):
-            start, stop, points = (one[axis][name] for name in ("start", "stop", "points"))
+            start, stop, points = (tile[axis][name] for name in ("start", "stop", "points"))
             assert points == 128
             assert (start - size / 256) % size == 0
             assert stop - start == size * 127 / 128
@@ -115,12 +115,12 @@ def test_an_address_of_a_job_that_is_no_such_map_says_so(watched: Watched, url: 
 def test_pointing_says_what_the_api_says(watched: Watched, url: str) -> None:
     page = show(watched, url, USUAL)
     request = next(
-        one
-        for one in watched.posted("unfolding-maps")
-        if "preview" not in one
-        and one["omega"]["start"] < 0.27 < one["omega"]["stop"]
-        and one["clearance"]["stop"] > 1.6
-        and one["clearance"]["start"] < 1.6
+        body
+        for body in watched.posted("unfolding-maps")
+        if "preview" not in body
+        and body["omega"]["start"] < 0.27 < body["omega"]["stop"]
+        and body["clearance"]["stop"] > 1.6
+        and body["clearance"]["start"] < 1.6
     )
     umap = answered(url, "unfolding-maps", request)
     row, column = 40, 70
@@ -154,8 +154,8 @@ def test_marks_that_cover_one_another_say_so(small: Watched, url: str) -> None:
     page = show(small, url, "omega=0.25..1.25&clearance=1..9", wait=False)
     with Client(url) as client:
         curve = client.grazing_curve(omega=(0.25, 1.25), points=33)
-    places = [place(page, one.omega, one.clearance) for one in curve.points if 1 < one.clearance < 9]
-    covered = next(one for k, one in enumerate(places) if any(math.dist(one, other) < 4 for other in places[:k]))
+    places = [place(page, point.omega, point.clearance) for point in curve.points if 1 < point.clearance < 9]
+    covered = next(spot for k, spot in enumerate(places) if any(math.dist(spot, other) < 4 for other in places[:k]))
     page.mouse.move(*covered)
     expect(page.locator("#reading")).to_contain_text("more here: zoom in", timeout=WAIT)
 
@@ -219,8 +219,8 @@ def test_tiles_left_behind_are_given_up_unless_another_client_waits(small: Watch
     httpx2.post(f"{url}/v1/unfolding-maps", json=running[0]["request"], headers={"Grazemap-Client": "another"})
     page.evaluate(f"location.hash = '{QUICK}'")
     verified(page)
-    for one in others:
-        assert ended(url, one) in {"dismissed", "successful"}
+    for job_id in others:
+        assert ended(url, job_id) in {"dismissed", "successful"}
     assert httpx2.get(f"{url}/v1/jobs/{kept}").json()["status"] != "dismissed"
     httpx2.delete(f"{url}/v1/jobs/{kept}?for=all")
 
@@ -267,7 +267,7 @@ def test_the_window_is_zoomed_by_wheel_box_and_keys(small: Watched, url: str) ->
 def test_the_first_window_refines_at_its_codimension_two_point(small: Watched, url: str) -> None:
     asked = {"omega": {"start": 0.28, "stop": 0.285, "points": 3}}
     points = answered(url, "grazing-curves", asked)["points"]
-    (recurrence,) = (one for one in points if one["kind"] == "recurrence" and one["order"] == 2)
+    (recurrence,) = (point for point in points if point["kind"] == "recurrence" and point["order"] == 2)
     at = recurrence["omega"], recurrence["clearance"]
     page = show(small, url, FIRST)
     for _ in range(3):
@@ -280,8 +280,8 @@ def test_the_first_window_refines_at_its_codimension_two_point(small: Watched, u
     assert low < at[1] < high
     assert (right - left, high - low) == pytest.approx((0.0625 / 64, 0.75 / 64), rel=0.01)
     verified(page)
-    tiles = [one for one in small.posted("unfolding-maps") if "preview" not in one]
-    steps = [(one["omega"]["stop"] - one["omega"]["start"]) / (one["omega"]["points"] - 1) for one in tiles]
+    tiles = [body for body in small.posted("unfolding-maps") if "preview" not in body]
+    steps = [(tile["omega"]["stop"] - tile["omega"]["start"]) / (tile["omega"]["points"] - 1) for tile in tiles]
     assert min(steps) <= max(steps) / 64
     page.mouse.move(*place(page, *at))
     expect(page.locator("#reading")).to_contain_text("Recurrence point of order 2")
@@ -318,9 +318,9 @@ def test_the_end_of_double_precision_is_announced(small: Watched, url: str) -> N
     width = 2.0**-42
     page = show(small, url, f"omega=0.25..{0.25 + width!r}&clearance=2.125..{2.125 + 2.0**-36!r}")
     expect(page.locator("#says")).to_contain_text("Double precision ends here")
-    for one in small.posted("unfolding-maps"):
+    for body in small.posted("unfolding-maps"):
         for axis in ("omega", "clearance"):
-            start, stop, points = (one[axis][name] for name in ("start", "stop", "points"))
+            start, stop, points = (body[axis][name] for name in ("start", "stop", "points"))
             values = start + np.arange(points) * ((stop - start) / (points - 1))
             assert np.diff(values).min() >= 64 * np.spacing(values).max() * (1 - 1e-9)
     address = page.url
@@ -371,14 +371,14 @@ def test_the_form_shows_errors_beside_fields_and_natural_frequencies(watched: Wa
     expect(page.get_by_role("img", name="3 masses: mass 1 between two stops.")).to_be_visible()
     low, high = page.get_by_label("ω from"), page.locator("#overview").get_by_label("to")
     high.fill("0.3")
-    for text, said in (
+    for text, message in (
         ("abc", "“abc” is not a number"),
         ("-5", "-5 is out of range; allowed: numbers > 0"),
         ("0.5", ""),
     ):
         low.fill(text)
         page.get_by_role("button", name="Show this window").click()
-        assert low.evaluate("(field) => field.validationMessage").startswith(said)
+        assert low.evaluate("(field) => field.validationMessage").startswith(message)
     expect(page.locator("#overview-says")).to_contain_text("below the second")
     restitution, masses = page.get_by_label("Restitution"), page.get_by_label("Masses, from")
     restitution.fill("2")
@@ -458,7 +458,7 @@ def test_the_address_shares_the_machine(small: Watched, url: str) -> None:
     expect(page.locator("#says")).to_contain_text("tiles complete")
     again = small.posted("unfolding-maps")[len(asked) :]
     assert again
-    assert all(one["clearance"]["left"] is None for one in again)
+    assert all(body["clearance"]["left"] is None for body in again)
 
 
 def test_what_is_taken_home(small: Watched, url: str, tmp_path: Path) -> None:
@@ -541,7 +541,7 @@ def test_jobs_are_listed_and_cancelled(small: Watched, url: str) -> None:
     assert name is not None
     identity = name.split()[-1]
     button.click()
-    job = next(one["id"] for one in maps(url) if one["id"].startswith(identity))
+    job = next(entry["id"] for entry in maps(url) if entry["id"].startswith(identity))
     assert ended(url, job) == "dismissed"
     expect(page.locator("#says")).to_contain_text("The job was cancelled", timeout=30_000)
     page.evaluate(f"location.hash = '{QUICK}'")

@@ -41,7 +41,7 @@ def assert_told(page: Page, url: str, asked: dict[str, Any]) -> None:
 
 def test_a_plane_over_a_restitution_is_the_map_of_the_api_with_its_grazing_curve(watched: Watched, url: str) -> None:
     page = show(watched, url, OVER_RESTITUTION)
-    request = next(one for one in watched.posted("unfolding-maps") if "preview" not in one)
+    request = next(body for body in watched.posted("unfolding-maps") if "preview" not in body)
     assert (request["horizontal"]["vary"], request["vertical"]["vary"]) == ("omega", "restitution")
     assert request["clearance"] == 1.88
     assert "omega" not in request
@@ -155,9 +155,9 @@ def test_the_machine_at_a_point_is_that_of_the_api(small: Watched, url: str) -> 
         return placeOf({ oscillator, stops: "equal" }, plane, [2, value]).machine.oscillator;
     }"""
     for oscillator, name, value in AT:
-        found = Oscillator(**page.evaluate(at, [oscillator, name, value]))
-        assert found == with_parameter(Oscillator(**oscillator), name, value), name
-        assert found != Oscillator(**oscillator), name
+        machine = Oscillator(**page.evaluate(at, [oscillator, name, value]))
+        assert machine == with_parameter(Oscillator(**oscillator), name, value), name
+        assert machine != Oscillator(**oscillator), name
     default = page.evaluate(at, [None, "damping", 1.0])
     assert Oscillator(**default) == Oscillator()
 
@@ -171,21 +171,21 @@ def test_the_power_is_asked_for_with_the_tiles_and_is_that_of_the_api(small: Wat
     request = small.posted("unfolding-maps")[-1]
     assert request["observables"] == ["dissipated_power"]
     tile = next(
-        one
-        for one in small.posted("unfolding-maps")
-        if "observables" in one
-        and "preview" not in one
-        and one["omega"]["start"] < 0.29 < one["omega"]["stop"]
-        and one["clearance"]["start"] < 1.78 < one["clearance"]["stop"]
+        body
+        for body in small.posted("unfolding-maps")
+        if "observables" in body
+        and "preview" not in body
+        and body["omega"]["start"] < 0.29 < body["omega"]["stop"]
+        and body["clearance"]["start"] < 1.78 < body["clearance"]["stop"]
     )
     umap = answered(url, "unfolding-maps", tile)
     column, row = (
         int(np.argmin(np.abs(np.array(umap[axis]) - at))) for axis, at in (("omega", 0.29), ("clearance", 1.78))
     )
-    said = point_at(page, umap["omega"][column], umap["clearance"][row])
-    assert f": {label};" in said
-    power = re.search(r"dissipated power ([0-9.e-]+)$", said)
-    assert power is not None, said
+    text = point_at(page, umap["omega"][column], umap["clearance"][row])
+    assert f": {label};" in text
+    power = re.search(r"dissipated power ([0-9.e-]+)$", text)
+    assert power is not None, text
     assert float(power[1]) == pytest.approx(umap["dissipated_power"][row][column], rel=1e-3)
 
 
@@ -193,7 +193,9 @@ def test_borders_say_why_they_are_there(small: Watched, url: str) -> None:
     page = show(small, url, BESIDE_BORDERS)
     page.locator("#borders").check()
     expect(page).to_have_url(re.compile("borders=explained"))
-    with page.expect_response(lambda one: "unfolding-diagrams" in one.url or "/result" in one.url, timeout=WAIT):
+    with page.expect_response(
+        lambda response: "unfolding-diagrams" in response.url or "/result" in response.url, timeout=WAIT
+    ):
         pass
     (request,) = small.posted("unfolding-diagrams")
     assert request["borders"] is True

@@ -95,11 +95,11 @@ TABLE = """async ({ tiles, view }) => {
 
 
 def tile(across: int, up: int, motion: str | None) -> dict[str, Any]:
-    found = {"points": 2, "x": [across, across + 1], "y": [up, up + 1]}
+    axes = {"points": 2, "x": [across, across + 1], "y": [up, up + 1]}
     if motion is None:
-        return found
+        return axes
     values = {"verified": [1] * 4, "sensitive": [0] * 4, "lyapunov": [-0.5] * 4, "least_impact_velocity": [None] * 4}
-    return {**found, "labels": [motion], "motion": [0] * 4, **values}
+    return {**axes, "labels": [motion], "motion": [0] * 4, **values}
 
 
 def test_a_table_has_every_point_of_the_view_and_says_which_were_not_computed(page: Page) -> None:
@@ -144,10 +144,10 @@ OFFERED = """async (tiles) => {
 
 def test_what_is_taken_home_of_a_part_says_so_and_no_other_tile_is_the_one_in_the_middle(page: Page) -> None:
     there, middle = tile(1, 1, "1-1r-1l"), tile(2, 1, None)
-    found = page.evaluate(OFFERED, [there, middle])
-    assert found["files"] == ["grazemap-1-of-2-tiles.png", "grazemap-1-of-2-tiles.csv"]
-    assert all("1 of the 2 tiles" in found["said"][name] for name in ("png", "csv"))
-    assert "middle" in found["said"]["npz"]
+    offered = page.evaluate(OFFERED, [there, middle])
+    assert offered["files"] == ["grazemap-1-of-2-tiles.png", "grazemap-1-of-2-tiles.csv"]
+    assert all("1 of the 2 tiles" in offered["said"][name] for name in ("png", "csv"))
+    assert "middle" in offered["said"]["npz"]
     assert page.evaluate(OFFERED, [there])["files"][:2] == ["grazemap.png", "grazemap.csv"]
     assert page.evaluate(OFFERED, [middle])["files"] == ["grazemap-0-of-1-tiles.png"]
 
@@ -173,5 +173,5 @@ def test_attractors_of_one_name_look_different_and_are_numbered(page: Page) -> N
     names = ["1-1r-1l", "1-2r-1l", "1-2r-1l", "1-2r-1l", "7-9r-8l", "7-9r-8l"]
     entries = page.evaluate(BASINS, names)
     assert len({entry["swatch"] for entry in entries}) == len(names)
-    said = [entry["text"].partition(":")[0] for entry in entries]
-    assert said == ["1-1r-1l", "1-2r-1l", "1-2r-1l, 2", "1-2r-1l, 3", "7-9r-8l", "7-9r-8l, 2"]
+    labels = [entry["text"].partition(":")[0] for entry in entries]
+    assert labels == ["1-1r-1l", "1-2r-1l", "1-2r-1l, 2", "1-2r-1l, 3", "7-9r-8l", "7-9r-8l, 2"]

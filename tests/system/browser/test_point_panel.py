@@ -68,11 +68,14 @@ def test_a_point_is_entered_and_left_by_keys(small: Watched, url: str) -> None:
     page = show(small, url, QUICK)
     form = page.locator("#point-form")
     across, up = form.get_by_label("forcing frequency"), form.get_by_label("clearance")
-    for text, said in (("1,7", "“1,7” is not a number; write 1.7"), ("-1", "-1 is out of range; allowed: numbers > 0")):
+    for text, message in (
+        ("1,7", "“1,7” is not a number; write 1.7"),
+        ("-1", "-1 is out of range; allowed: numbers > 0"),
+    ):
         across.fill("0.26")
         up.fill(text)
         up.press("Enter")
-        assert up.evaluate("(field) => field.validationMessage").startswith(said)
+        assert up.evaluate("(field) => field.validationMessage").startswith(message)
     assert not small.posted("trajectories")
     up.fill("1.7")
     up.press("Enter")
@@ -114,9 +117,9 @@ def test_rebounds_are_drawn_on_the_stops(small: Watched, url: str) -> None:
     path = page.locator("#portrait path.motion").get_attribute("d") or ""
     points = [point.split() for point in re.split("[ML]", path)[1:]]
     rebounds = [
-        (one, other)
-        for one, other in itertools.pairwise(points)
-        if one[0] == other[0] and one[0] in stops and one[1] != other[1]
+        (point, other)
+        for point, other in itertools.pairwise(points)
+        if point[0] == other[0] and point[0] in stops and point[1] != other[1]
     ]
     assert len(rebounds) >= 40  # of four in each of twelve periods
 

@@ -45,7 +45,7 @@ def crowd(browser: Browser) -> Iterator[list[Viewer]]:
             opened.callback(context.close)
         pages = [Viewer(context.new_page()) for context in contexts]
         yield pages
-        assert [complaint for one in pages for complaint in one.complaints] == []
+        assert [complaint for viewer in pages for complaint in viewer.complaints] == []
 
 
 def asked(page: Viewer) -> set[str]:
@@ -55,23 +55,23 @@ def asked(page: Viewer) -> set[str]:
 
 def test_ten_browsers_that_pan_at_once_share_their_tiles(crowd: list[Viewer], url: str) -> None:
     before = {job["id"] for job in maps(url)}
-    for one in crowd:
-        show(one, url, REGION, wait=False)
+    for viewer in crowd:
+        show(viewer, url, REGION, wait=False)
     for step in range(3):
-        for one in crowd:
-            verified(one.page)
-        for one in crowd:
-            one.page.locator("#plane").focus()
-            one.page.keyboard.press("Shift+ArrowRight")
-        for one in crowd:
-            expect(one.page).to_have_url(re.compile(rf"omega={0.3125 + 0.015625 * (step + 1)}\.\."))
-    for one in crowd:
-        verified(one.page)
-    distinct = set.union(*(asked(one) for one in crowd))
+        for viewer in crowd:
+            verified(viewer.page)
+        for viewer in crowd:
+            viewer.page.locator("#plane").focus()
+            viewer.page.keyboard.press("Shift+ArrowRight")
+        for viewer in crowd:
+            expect(viewer.page).to_have_url(re.compile(rf"omega={0.3125 + 0.015625 * (step + 1)}\.\."))
+    for viewer in crowd:
+        verified(viewer.page)
+    distinct = set.union(*(asked(viewer) for viewer in crowd))
     tiles = [request for request in distinct if "preview" not in json.loads(request)]
     assert len(tiles) >= 5
-    for one in crowd:
-        assert set(tiles) <= asked(one)  # each needed all of them
+    for viewer in crowd:
+        assert set(tiles) <= asked(viewer)  # each needed all of them
     new = [job for job in maps(url) if job["id"] not in before]
     assert len(new) == len(distinct)
     assert {job["status"] for job in new if "preview" not in job["request"]} == {"successful"}
@@ -81,25 +81,25 @@ def tile_of_all(crowd: list[Viewer], url: str) -> str:
     """Wait until all have been told to wait for one and the same tile, and return its id."""
     while True:
         crowd[0].page.wait_for_timeout(100)
-        common = set.intersection(*(one.waits_for for one in crowd))
+        common = set.intersection(*(viewer.waits_for for viewer in crowd))
         for job in maps(url):
             if job["id"] in common and job["status"] not in FINISHED and "preview" not in job["request"]:
                 return str(job["id"])
 
 
-def leave(one: Viewer, tile: str) -> None:
+def leave(viewer: Viewer, tile: str) -> None:
     """Show another part of the plane, and wait until the page has given up the tile."""
-    with one.page.expect_response(lambda answer: answer.request.method == "DELETE" and tile in answer.url):
-        one.page.evaluate(f"location.hash = '{QUICK}'")
+    with viewer.page.expect_response(lambda answer: answer.request.method == "DELETE" and tile in answer.url):
+        viewer.page.evaluate(f"location.hash = '{QUICK}'")
 
 
 def test_a_tile_goes_on_until_its_last_viewer_has_left(crowd: list[Viewer], url: str) -> None:
     last, *others = crowd
-    for one in crowd:
-        show(one, url, SLOW, wait=False)
+    for viewer in crowd:
+        show(viewer, url, SLOW, wait=False)
     tile = tile_of_all(crowd, url)
-    for one in others:
-        leave(one, tile)
+    for viewer in others:
+        leave(viewer, tile)
     assert httpx2.get(f"{url}/v1/jobs/{tile}").json()["status"] not in FINISHED
     leave(last, tile)
     assert ended(url, tile) == "dismissed"

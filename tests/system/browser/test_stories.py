@@ -75,19 +75,19 @@ def test_a_student_sees_the_first_bifurcation_within_a_minute(watched: Watched, 
     expect(page.locator("#legend input").nth(1)).to_be_visible(timeout=WAIT)
     box = page.locator("#plane").bounding_box()
     assert box is not None
-    found = None
-    while found is None:
+    end = None
+    while end is None:
         assert time.monotonic() - started < MINUTE
         page.wait_for_timeout(300)
         for seen in end_of_the_first_motion(page, tmp_path):
             sides = [(box["x"] + seen.column, box["y"] + row) for row in seen.rows]
-            said = [reading(page, side) for side in sides]
-            if all(f": {name}; verified" in text for name, text in zip(seen.names, said, strict=True)):
+            readings = [reading(page, side) for side in sides]
+            if all(f": {name}; verified" in text for name, text in zip(seen.names, readings, strict=True)):
                 between = [reading(page, (sides[0][0], box["y"] + row)) for row in range(*seen.rows, 3)]
                 if any("Grazing curve" in text for text in between):
-                    found = seen
+                    end = seen
                     break
-    for side, name in zip(sides, found.names, strict=True):
+    for side, name in zip(sides, end.names, strict=True):
         page.mouse.click(*side)
         expect(page.locator("#point-name")).to_have_text(name, timeout=WAIT)
     expect(page.locator("#history .impact").first).to_be_visible()
@@ -129,9 +129,9 @@ def test_an_engineer_enters_a_machine_with_one_stop_and_reads_the_power_at_her_p
     assert unit == "W"
     assert float(power) == pytest.approx(orbit.dissipated_power, rel=1e-3)
     assert float(power) > 0
-    posted = [one for one in small.posted("unfolding-maps") if "oscillator" in one]
+    posted = [body for body in small.posted("unfolding-maps") if "oscillator" in body]
     assert posted
-    assert all(one["oscillator"]["masses"] == [0.5] and one["clearance"]["left"] is None for one in posted)
+    assert all(body["oscillator"]["masses"] == [0.5] and body["clearance"]["left"] is None for body in posted)
 
 
 def opened(page: Page) -> tuple[float, float]:
@@ -166,11 +166,11 @@ def border_of(page: Page, pieces: list[dict[str, Any]], motion: str) -> Border |
             if piece["admissible"] and left < omega < right and low + ASIDE < clearance < high - ASIDE:
                 far = float(np.hypot(*(place(page, omega, clearance) - start)))
                 candidates.append((far, omega, clearance, piece))
-    for _, omega, clearance, piece in sorted(candidates, key=lambda one: one[0]):
-        said = reading(page, place(page, omega, clearance))
-        if f"{piece['type']}, " in said and f" of {motion}" in said:
+    for _, omega, clearance, piece in sorted(candidates, key=lambda candidate: candidate[0]):
+        text = reading(page, place(page, omega, clearance))
+        if f"{piece['type']}, " in text and f" of {motion}" in text:
             sides = [clearance + ASIDE, clearance - ASIDE]
-            inside = [one for one in sides if f": {motion};" in reading(page, place(page, omega, one))]
+            inside = [side for side in sides if f": {motion};" in reading(page, place(page, omega, side))]
             if len(inside) == 1:
                 return Border(omega, clearance, inside[0], piece)
     return None
@@ -189,8 +189,8 @@ def test_a_researcher_goes_from_a_border_to_its_curve_its_branch_and_a_figure(
     asks.click()
     expect(page.locator("#own-curves")).to_contain_text(f"of {motion} are drawn", timeout=WAIT)
     request = watched.posted("bifurcation-curves")[-1]
-    found = httpx2.post(f"{url}/v1/bifurcation-curves", json=request, headers=PREFER).json()
-    border = border_of(page, found["curves"], motion)
+    answer = httpx2.post(f"{url}/v1/bifurcation-curves", json=request, headers=PREFER).json()
+    border = border_of(page, answer["curves"], motion)
     assert border is not None, "no curve of the motion is the border of its region"
 
     # the branch at the border's frequency ends at the border
@@ -203,7 +203,7 @@ def test_a_researcher_goes_from_a_border_to_its_curve_its_branch_and_a_figure(
     expect(ends.first).to_be_visible(timeout=WAIT)
     kind, x = border.piece["type"], opened(page)[0]
     told = [re.match(r"(\w+) at clearance ([\d.]+)", text) for text in ends.all_inner_texts()]
-    of_kind = [float(one[2]) for one in told if one is not None and one[1] == kind]
+    of_kind = [float(match[2]) for match in told if match is not None and match[1] == kind]
     curve = crossing(border, x)
     assert min(abs(value - curve) for value in of_kind) < 1e-3
     asks.click()
@@ -220,7 +220,9 @@ def test_a_researcher_goes_from_a_border_to_its_curve_its_branch_and_a_figure(
         for path in ET.parse(tmp_path / "figure.svg").iter(f"{SVG}path")
         if path.attrib["stroke"] == colour and f"of {motion}" in (path.findtext(f"{SVG}title") or "")
     ]
-    frame = next(one for one in ET.parse(tmp_path / "figure.svg").iter(f"{SVG}rect") if "x" in one.attrib)
+    frame = next(
+        rectangle for rectangle in ET.parse(tmp_path / "figure.svg").iter(f"{SVG}rect") if "x" in rectangle.attrib
+    )
     spot = at_of_frame(page, frame.attrib, x, curve)
     assert min(distance(line, spot) for line in drawn) < 1.0
     with page.expect_download() as download:
@@ -238,12 +240,12 @@ def test_a_researcher_goes_from_a_border_to_its_curve_its_branch_and_a_figure(
 def crossing(border: Border, omega: float) -> float:
     """Return the clearance at which the border's curve has a frequency, the nearest to the border."""
     x, y = (np.array(border.piece[name]) for name in ("omega", "clearance"))
-    found = [
+    clearances = [
         y[k] + (omega - x[k]) / (x[k + 1] - x[k]) * (y[k + 1] - y[k])
         for k in range(len(x) - 1)
         if (x[k] - omega) * (x[k + 1] - omega) <= 0 and x[k] != x[k + 1]
     ]
-    return float(min(found, key=lambda value: abs(value - border.clearance)))
+    return float(min(clearances, key=lambda value: abs(value - border.clearance)))
 
 
 def at_of_frame(page: Page, frame: dict[str, str], omega: float, clearance: float) -> np.ndarray[Any, Any]:

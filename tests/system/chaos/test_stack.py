@@ -274,8 +274,8 @@ def test_a_stack_says_that_it_waits_for_another_one_on_its_data(tmp_path: Path) 
     with (tmp_path / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         refused = subprocess.run([*command, "--ready-file", str(ready)], capture_output=True, timeout=120, check=False)
-    said = [json.loads(line)["starting"] for line in refused.stdout.splitlines()]
-    assert said.count(f"waiting for another stack that uses {tmp_path}") >= 3
+    messages = [json.loads(line)["starting"] for line in refused.stdout.splitlines()]
+    assert messages.count(f"waiting for another stack that uses {tmp_path}") >= 3
     assert refused.returncode == 1
     assert ready.exists()
 

@@ -37,10 +37,10 @@ def test_every_process_answers(stack: LocalClient, tmp_path) -> None:
     curve = stack.grazing_curve(omega=[0.1, 0.28109, 0.3], progress=False)
     assert curve.clearance[:2] == pytest.approx([1.4415071166664197, 1.9203051890379243], abs=1e-13)
     points = stack.codimension_two_points(omega=(0.28, 0.283), max_order=2, max_multiple=1, progress=False)
-    found = {(point.kind, point.bifurcation): point.omega for point in points.points}
-    assert found["recurrence", None] == pytest.approx(0.282469586635, abs=1e-12)
-    assert found["resonant", "SN"] == pytest.approx(0.281762924, abs=1e-9)
-    assert found["resonant", "PD"] == pytest.approx(0.280008248, abs=1e-9)
+    frequencies = {(point.kind, point.bifurcation): point.omega for point in points.points}
+    assert frequencies["recurrence", None] == pytest.approx(0.282469586635, abs=1e-12)
+    assert frequencies["resonant", "SN"] == pytest.approx(0.281762924, abs=1e-9)
+    assert frequencies["resonant", "PD"] == pytest.approx(0.280008248, abs=1e-9)
     assert next(point for point in points.points if point.bifurcation == "PD").unfolding.curve_clearance == 1
     mapping = stack.discontinuity_mapping(omega=0.29, overshoot=[1e-3, 1e-6], stop="C", progress=False)
     assert mapping.returns.error[:, 1].max() < 1e-12
@@ -49,7 +49,7 @@ def test_every_process_answers(stack: LocalClient, tmp_path) -> None:
     assert path.motion.label == "1-2r-2l"
     states = [{}, {"phase": 1.0}, path.final]
     many = stack.trajectory(omega=0.29, clearance=1.6, periods=3, initial=states, times=[0.0, 9.5], progress=False)
-    assert [one.displacement.shape for one in many.trajectories] == [(3, 2)] * 3
+    assert [trajectory.displacement.shape for trajectory in many.trajectories] == [(3, 2)] * 3
     assert many.trajectories[2].displacement[:, 0] == pytest.approx(path.displacement[:, -1], abs=1e-13)
     umap = stack.unfolding_map(omega=(0.27, 0.28), clearance=(1.7, 2.1), shape=(4, 3), progress=False)
     assert umap.labels()[-1].tolist() == ["1-(-1)r-(-1)l"] * 3
@@ -74,14 +74,14 @@ def test_a_mass_is_thrown_at_a_stop_at_its_equilibrium_without_forces(stack: Loc
     thrown = grazemap.Oscillator(units="SI", restitution=0.5, **one_mass)
     first, second = ({"velocity": [speed]} for speed in (1.0, -2.0))
     plan = {"omega": 7.0, "clearance": {"left": 0.0}, "periods": 2, "observables": ["impulse"], "progress": False}
-    one = stack.trajectory(thrown, initial=first, **plan)
-    number = np.arange(len(one.impacts.time))
+    single = stack.trajectory(thrown, initial=first, **plan)
+    number = np.arange(len(single.impacts.time))
     assert len(number) == 5
-    assert one.impacts.time == pytest.approx(0.1 * np.pi * (1 + number), rel=1e-13)
-    assert one.impacts.velocity == pytest.approx(-(0.5**number), rel=1e-12)
-    assert one.impulse == pytest.approx(75.0 * np.sum(0.5**number), rel=1e-13)
+    assert single.impacts.time == pytest.approx(0.1 * np.pi * (1 + number), rel=1e-13)
+    assert single.impacts.velocity == pytest.approx(-(0.5**number), rel=1e-12)
+    assert single.impulse == pytest.approx(75.0 * np.sum(0.5**number), rel=1e-13)
     many = stack.trajectory(thrown, initial=[first, second], **plan).trajectories
-    assert many[0].impacts.velocity.tolist() == one.impacts.velocity.tolist()
+    assert many[0].impacts.velocity.tolist() == single.impacts.velocity.tolist()
     assert many[1].impacts.time[:2] == pytest.approx([0.0, 0.1 * np.pi], rel=1e-13)
     with pytest.raises(JobFailed, match="clearance"):
         stack.trajectory(thrown, **plan)
@@ -112,7 +112,7 @@ def test_explaining_borders_reports_its_progress_and_stops_when_it_is_cancelled(
             told.append((event.data["done"], event.data["total"], event.data["unit"]))
             if event.data["done"] > 10:
                 break
-    done = [one for one, _, _ in told]
+    done = [step for step, _, _ in told]
     assert done == sorted(done)
     assert len(set(done)) > 8
     assert all(total > 100 and unit == "steps" for _, total, unit in told)
@@ -173,8 +173,8 @@ def test_the_client_refuses_with_the_same_problem_as_the_service(stack: LocalCli
     assert answer.status_code == 422
     with pytest.raises(ParameterError) as caught:
         stack.submit(process, body)
-    said = caught.value.problem.model_dump()
-    assert said == {name: answer.json()[name] for name in said}
+    problem = caught.value.problem.model_dump()
+    assert problem == {name: answer.json()[name] for name in problem}
 
 
 def test_only_the_client_repeats_the_name_of_an_unknown_field(stack: LocalClient) -> None:
@@ -182,10 +182,10 @@ def test_only_the_client_repeats_the_name_of_an_unknown_field(stack: LocalClient
     (error,) = httpx2.post(f"{stack.base_url}/v1/trajectories", json=body, trust_env=False).json()["errors"]
     with pytest.raises(ParameterError) as caught:
         stack.submit("trajectories", body)
-    (said,) = caught.value.problem.model_dump()["errors"]
-    assert "wobble" in said["detail"]
+    (client_error,) = caught.value.problem.model_dump()["errors"]
+    assert "wobble" in client_error["detail"]
     assert "wobble" not in str(error)
-    assert {**said, "detail": ""} == {**error, "detail": ""}
+    assert {**client_error, "detail": ""} == {**error, "detail": ""}
 
 
 def test_a_running_map_reports_progress_and_is_stopped(stack: LocalClient) -> None:
@@ -230,8 +230,8 @@ def test_results_of_a_batch_of_every_process_have_the_bytes_of_each_alone(stack:
     lines = [json.loads(line) for line in answer.text.splitlines() if line]
     assert [line for line in lines if "npz" not in line] == []
     assert sorted(line["index"] for line in lines) == [*range(len(asked))]
-    found: Results = {}
+    results: Results = {}
     for line in lines:
         process, name, _ = asked[line["index"]]
-        found.setdefault(process, {})[name] = fields(base64.b64decode(line["npz"]))
-    assert digests(found) == digests(here(*tiers))
+        results.setdefault(process, {})[name] = fields(base64.b64decode(line["npz"]))
+    assert digests(results) == digests(here(*tiers))

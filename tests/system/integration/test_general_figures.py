@@ -53,17 +53,17 @@ def structure(stack: LocalClient, described: dict[str, Any], **asked: Any) -> St
 def test_steady_motion_and_impulse_response(
     stack: LocalClient, name: str, described: dict[str, Any], omega: float
 ) -> None:
-    known, found = FIGURES[name], structure(stack, described, omega=[omega], times=[3.7])
-    assert found.effective_mass == close(known["m_c"])
-    assert found.kappa == close(known["kappa"])
-    assert found.contact_equilibrium == 0.0
-    assert found.amplitude is not None
-    assert found.phase is not None
-    assert found.amplitude_slope is not None
-    assert found.amplitude[0] == close(known["A"])
-    assert found.phase[0] == close(known["phase"])
-    assert found.amplitude_slope[0] == close(known["dA_domega"])
-    assert found.impulse_response[0] == close(known["g(3.7)"])
+    known, properties = FIGURES[name], structure(stack, described, omega=[omega], times=[3.7])
+    assert properties.effective_mass == close(known["m_c"])
+    assert properties.kappa == close(known["kappa"])
+    assert properties.contact_equilibrium == 0.0
+    assert properties.amplitude is not None
+    assert properties.phase is not None
+    assert properties.amplitude_slope is not None
+    assert properties.amplitude[0] == close(known["A"])
+    assert properties.phase[0] == close(known["phase"])
+    assert properties.amplitude_slope[0] == close(known["dA_domega"])
+    assert properties.impulse_response[0] == close(known["g(3.7)"])
 
 
 @pytest.mark.parametrize(("name", "described"), [("coco/zeros", COCO), ("chain-one-stop/zeros", CHAIN)])
@@ -78,15 +78,15 @@ def test_the_impulse_response_vanishes_at_its_zeros(stack: LocalClient, name: st
 @pytest.mark.parametrize(("name", "described"), [("coco", COCO), ("chain-one-stop", CHAIN)])
 def test_grazes_of_one_stop(stack: LocalClient, name: str, described: dict[str, Any]) -> None:
     only = {"left": None}
-    found = stack.codimension_two_points(
+    points = stack.codimension_two_points(
         Oscillator(**described), omega=(0.1, 20.0), clearance=only, max_order=2, max_multiple=1, progress=False
     ).points
     # a graze recurs after one period at the zeros of g
-    times = sorted(2.0 * np.pi / point.omega for point in found if point.kind == "recurrence")
+    times = sorted(2.0 * np.pi / point.omega for point in points if point.kind == "recurrence")
     zeros = [float(zero) for zero in FIGURES[f"{name}/zeros"]["g(s)=0"] if 0.32 < float(zero) < 62.0]
     assert times[: len(zeros)] == [close(str(zero)) for zero in zeros]
     for known in FIGURES[f"{name}/resonant_points"]:
-        of_its_kind = [p for p in found if (p.bifurcation, p.multiple) == (known["kind"], known["n"])]
+        of_its_kind = [p for p in points if (p.bifurcation, p.multiple) == (known["kind"], known["n"])]
         (point,) = (point for point in of_its_kind if point.omega == close(known["omega"]))
         assert (point.stop, point.symmetric, point.margin) == (1, False, None)
         assert point.clearance == close(known["A"])
@@ -108,14 +108,14 @@ def test_grazes_of_one_stop(stack: LocalClient, name: str, described: dict[str, 
 
 def test_codimension_two_points_of_one_mass(stack: LocalClient) -> None:
     """In the plane of the force at a gap of 1, which is 1 over the clearance at a force of 1."""
-    found = stack.codimension_two_points(
+    points = stack.codimension_two_points(
         Oscillator(**COCO), omega=(0.4, 3.2), clearance={"left": None}, max_order=2, max_multiple=3, progress=False
     ).points
     compared = 0
     for known in FIGURES["coco/codim2_points_force_plane"]:
-        at = [point for point in found if point.omega == close(known["omega"]) and point.multiple == known["n"]]
+        at = [point for point in points if point.omega == close(known["omega"]) and point.multiple == known["n"]]
         for kind, name in (("SN", "SN_coefficient"), ("PD", "PD_quadratic")):
-            (point,) = (one for one in at if one.bifurcation == kind)
+            (point,) = (candidate for candidate in at if candidate.bifurcation == kind)
             assert point.clearance == close(known["A_per_unit_force"])
             assert 1.0 / point.clearance == close(known["grazing_force"])
             assert point.unfolding is not None
@@ -142,23 +142,26 @@ def test_a_bias_moves_the_grazes_apart(stack: LocalClient) -> None:
 @pytest.mark.parametrize("described", [CHAIN, MATRICES])
 def test_a_contact_between_two_masses(stack: LocalClient, described: dict[str, Any]) -> None:
     known = FIGURES["relative/first_impact"]
-    found = structure(stack, {**described, "contact": [1, 2]}, omega=[0.29, 0.9], times=[3.7])
-    assert found.effective_mass == close(known["m_c"])
-    assert found.amplitude is not None
-    assert found.amplitude.tolist() == [close(known["A"]), close(known["A(0.9)"])]
-    assert found.impulse_response[0] == close(known["g(3.7)"])
+    properties = structure(stack, {**described, "contact": [1, 2]}, omega=[0.29, 0.9], times=[3.7])
+    assert properties.effective_mass == close(known["m_c"])
+    assert properties.amplitude is not None
+    assert properties.amplitude.tolist() == [close(known["A"]), close(known["A(0.9)"])]
+    assert properties.impulse_response[0] == close(known["g(3.7)"])
 
 
 def test_bias_moves_the_equilibrium_between_the_stops(stack: LocalClient) -> None:
     known, biased = FIGURES["bias/equivalent"], {"bias": [0.05, 0.0, 0.0]}
-    found = structure(stack, biased, omega=[0.29], clearance=1.65)
-    assert found.contact_equilibrium == close(known["q_e"])
-    assert found.gaps is not None
-    assert found.amplitude is not None
-    assert (found.gaps.right, found.gaps.left) == (close(known["effective_right"]), close(known["effective_left"]))
+    properties = structure(stack, biased, omega=[0.29], clearance=1.65)
+    assert properties.contact_equilibrium == close(known["q_e"])
+    assert properties.gaps is not None
+    assert properties.amplitude is not None
+    assert (properties.gaps.right, properties.gaps.left) == (
+        close(known["effective_right"]),
+        close(known["effective_left"]),
+    )
     graze = FIGURES["bias/grazing_clearances"]
-    assert found.contact_equilibrium + found.amplitude[0] == close(graze["right"])
-    assert found.amplitude[0] - found.contact_equilibrium == close(graze["left"])
+    assert properties.contact_equilibrium + properties.amplitude[0] == close(graze["right"])
+    assert properties.amplitude[0] - properties.contact_equilibrium == close(graze["left"])
 
 
 @pytest.mark.parametrize(
@@ -175,12 +178,12 @@ def test_a_moving_base(
     stack: LocalClient, described: dict[str, Any], stops_move: bool, contact: Any, amplitude: str, slope: str | None
 ) -> None:
     base = {"amplitude": 1.0, "stops_move": stops_move, "influence": [1.0, 1.0, 1.0]}
-    found = structure(stack, {**described, "contact": contact, "base": base}, omega=[0.29])
-    assert found.amplitude is not None
-    assert found.amplitude_slope is not None
-    assert found.amplitude[0] == close(FIGURES["base/amplitudes"][amplitude])
+    properties = structure(stack, {**described, "contact": contact, "base": base}, omega=[0.29])
+    assert properties.amplitude is not None
+    assert properties.amplitude_slope is not None
+    assert properties.amplitude[0] == close(FIGURES["base/amplitudes"][amplitude])
     if slope is not None:
-        assert found.amplitude_slope[0] == close(FIGURES["base/amplitudes"][slope])
+        assert properties.amplitude_slope[0] == close(FIGURES["base/amplitudes"][slope])
 
 
 def multipliers_of(known: dict[str, Any]) -> list[complex]:
@@ -208,8 +211,8 @@ def test_orbits_of_one_stop(stack: LocalClient, name: str, described: dict[str, 
         assert orbit.velocities[0] == close(known["v"])
         away = (orbit.phases[0] - float(known["impact_phase_wt"])) / np.pi
         assert away == pytest.approx(2.0 * round(away / 2.0), abs=RELATIVE)
-        found = sorted(orbit.multipliers.tolist(), key=lambda m: (round(m.real, 9), m.imag))
-        assert found == pytest.approx(multipliers_of(known), rel=RELATIVE, abs=RELATIVE)
+        multipliers = sorted(orbit.multipliers.tolist(), key=lambda m: (round(m.real, 9), m.imag))
+        assert multipliers == pytest.approx(multipliers_of(known), rel=RELATIVE, abs=RELATIVE)
         assert orbit.admissible == known["admissible_one_stop"]
 
 
@@ -270,26 +273,26 @@ def test_curve_points_over_the_right_clearance(stack: LocalClient, name: str, de
 
 def test_a_trajectory_between_unequal_stops(stack: LocalClient) -> None:
     known = FIGURES["unequal-stops/trajectory"]
-    found = stack.trajectory(
+    trajectory = stack.trajectory(
         Oscillator(**MATRICES), omega=0.29, clearance={"right": 1.6, "left": 1.75}, periods=200, progress=False
     )
-    impacts = found.impacts
+    impacts = trajectory.impacts
     assert (len(impacts.time), np.sum(impacts.stop == 1)) == (known["impacts"], known["right"])
     listed = len(known["first_times"])
     assert impacts.stop[:listed].tolist() == known["first_stops"]
     assert impacts.time[:listed] == close_to(known["first_times"])
     assert impacts.velocity[:listed] == close_to(known["first_velocities"])
-    assert found.final.displacement == close_to(known["final_displacement"])
-    assert found.final.velocity == close_to(known["final_velocity"])
+    assert trajectory.final.displacement == close_to(known["final_displacement"])
+    assert trajectory.final.velocity == close_to(known["final_velocity"])
 
 
 def test_the_first_impact_of_two_masses_on_each_other(stack: LocalClient) -> None:
     known = FIGURES["relative/first_impact"]
-    found = stack.trajectory(
+    trajectory = stack.trajectory(
         Oscillator(contact=[1, 2]), omega=0.29, clearance={"right": 0.8, "left": 1.1}, periods=1, progress=False
     )
-    assert found.impacts.time[0] == close(known["first_impact_time"])
-    assert found.impacts.velocity[0] == close(known["first_impact_velocity"])
+    assert trajectory.impacts.time[0] == close(known["first_impact_time"])
+    assert trajectory.impacts.velocity[0] == close(known["first_impact_velocity"])
 
 
 @pytest.mark.parametrize(
@@ -300,7 +303,7 @@ def test_rests_on_one_stop(
     stack: LocalClient, name: str, described: dict[str, Any], omega: float, clearance: float
 ) -> None:
     known = FIGURES[name]
-    found = stack.trajectory(
+    trajectory = stack.trajectory(
         Oscillator(**described, restitution=0.3),
         omega=omega,
         clearance={"right": clearance, "left": None},
@@ -308,15 +311,15 @@ def test_rests_on_one_stop(
         progress=False,
     )
     first = known["first_impacts"]
-    assert found.impacts.time[: len(first)] == close_to([time for time, _, _ in first])
-    assert found.impacts.velocity[: len(first)] == close_to([speed for _, _, speed in first])
-    rests = found.sticking
+    assert trajectory.impacts.time[: len(first)] == close_to([time for time, _, _ in first])
+    assert trajectory.impacts.velocity[: len(first)] == close_to([speed for _, _, speed in first])
+    rests = trajectory.sticking
     starts, ends = ([time for what, time, _ in known["events"] if what == kind] for kind in ("accumulation", "release"))
     assert rests.start == close_to(starts)
     assert rests.stop_time[: len(ends)] == close_to(ends)
     assert np.all(rests.stop == 1)
-    assert found.final.displacement == close_to(known["final_displacement"])
-    assert found.final.velocity == close_to(known["final_velocity"])
+    assert trajectory.final.displacement == close_to(known["final_displacement"])
+    assert trajectory.final.velocity == close_to(known["final_velocity"])
 
 
 def test_a_map_with_one_stop(stack: LocalClient) -> None:
@@ -329,21 +332,21 @@ def test_a_map_with_one_stop(stack: LocalClient) -> None:
         matrices={name: matrix.tolist() for name, matrix in three.items()},
         forcing={"amplitude": [1.0, 0.0, 0.0], "phase": [np.pi / 2, 0.0, 0.0]},
     )
-    found = stack.unfolding_map(
+    umap = stack.unfolding_map(
         oscillator,
         omega=(0.55 + 0.1 * np.arange(12)).tolist(),
         clearance={"right": (1.0 / forces).tolist(), "left": None},
         progress=False,
     )
     # what a point of the map, and a part of it, are asked for with has the same stops
-    point = found.at(1.05, 1.0)
+    point = umap.at(1.05, 1.0)
     assert point.request is not None
     assert point.request["clearance"] == {"right": 1.0, "left": None}
-    part = found.zoom((1.0, 1.1), (0.9, 1.1))
+    part = umap.zoom((1.0, 1.1), (0.9, 1.1))
     assert (part["vertical"], part["clearance"]) == (("clearance_right", 0.9, 1.1), {"left": None})
-    assert found.plot().get_ylabel() == "clearance $b$ of the right stop"
+    assert umap.plot().get_ylabel() == "clearance $b$ of the right stop"
     settled = known[:, :, 0] > 0
     for name, values in zip(("period", "impacts_right", "impacts_left"), np.moveaxis(known, 2, 0), strict=True):
-        assert np.array_equal(getattr(found, name)[settled], values[settled])
-    assert np.all(found.verified[settled])
+        assert np.array_equal(getattr(umap, name)[settled], values[settled])
+    assert np.all(umap.verified[settled])
     assert np.count_nonzero(settled) == 141

@@ -28,12 +28,12 @@ PAGE = machine_page.PAGE.read_text("utf-8")
 def numbers_of(value: Any) -> Iterator[Any]:
     """Yield the names and the values in a JSON document."""
     if isinstance(value, dict):
-        for name, one in value.items():
+        for name, part in value.items():
             yield name
-            yield from numbers_of(one)
+            yield from numbers_of(part)
     elif isinstance(value, list):
-        for one in value:
-            yield from numbers_of(one)
+        for part in value:
+            yield from numbers_of(part)
     else:
         yield value
 
@@ -42,8 +42,10 @@ def same(shown: str, printed: str) -> bool:
     """Whether two lists of JSON records agree, numbers to nine digits."""
     lists = [list(numbers_of([json.loads(line) for line in text.splitlines()])) for text in (shown, printed)]
     return len(lists[0]) == len(lists[1]) and all(
-        math.isclose(one, other, rel_tol=1e-9) if isinstance(one, float) and isinstance(other, float) else one == other
-        for one, other in zip(*lists, strict=True)
+        math.isclose(number, other, rel_tol=1e-9)
+        if isinstance(number, float) and isinstance(other, float)
+        else number == other
+        for number, other in zip(*lists, strict=True)
     )
 
 
@@ -121,8 +123,8 @@ def test_all_modes_are_the_structure_itself(stack: LocalClient) -> None:
         bias=shapes.T @ load,
         base=base(shapes.T @ mass @ influence),
     )
-    one, other = (stack.structure(of, omega=[0.3, 0.7, 1.1], times=[0.5, 2.0]) for of in (whole, modes))
+    expected, other = (stack.structure(of, omega=[0.3, 0.7, 1.1], times=[0.5, 2.0]) for of in (whole, modes))
     for name in ("amplitude", "phase", "amplitude_slope", "impulse_response", "natural_frequencies", "contact_weights"):
-        np.testing.assert_allclose(getattr(other, name), getattr(one, name), rtol=1e-10, atol=1e-12, err_msg=name)
-    assert other.effective_mass == pytest.approx(one.effective_mass, rel=1e-12)
-    assert other.contact_equilibrium == pytest.approx(one.contact_equilibrium, rel=1e-11)
+        np.testing.assert_allclose(getattr(other, name), getattr(expected, name), rtol=1e-10, atol=1e-12, err_msg=name)
+    assert other.effective_mass == pytest.approx(expected.effective_mass, rel=1e-12)
+    assert other.contact_equilibrium == pytest.approx(expected.contact_equilibrium, rel=1e-11)

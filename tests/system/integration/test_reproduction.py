@@ -95,7 +95,7 @@ def test_the_page_has_the_orbits_of_figure_9(stack: LocalClient, omega: float, l
     history_with_impacts = [sample for sample in samples if sample.region.letter != "a"]
     assert all(sample.verified for sample in history_with_impacts)
     row = history_with_impacts[0].row
-    planted = re.sub(r"(\d)( \()", lambda found: f"{(int(found[1]) + 5) % 10}{found[2]}", row[7], count=1)
+    planted = re.sub(r"(\d)( \()", lambda match: f"{(int(match[1]) + 5) % 10}{match[2]}", row[7], count=1)
     assert planted != row[7]
     assert not on_page([*row[:7], planted], title)
 

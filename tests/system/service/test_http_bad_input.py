@@ -53,8 +53,8 @@ def structure(**fields: Any) -> dict[str, Any]:
 
 
 def matrices(**changes: Any) -> dict[str, Any]:
-    given = {"mass": [[1, 0], [0, 1]], "damping": {"modal": 0.02}, "stiffness": [[2, -1], [-1, 1]], **changes}
-    return structure(matrices=given, forcing=[1, 0])
+    entries = {"mass": [[1, 0], [0, 1]], "damping": {"modal": 0.02}, "stiffness": [[2, -1], [-1, 1]], **changes}
+    return structure(matrices=entries, forcing=[1, 0])
 
 
 FREE = {"mass": [[1, 0], [0, 1]], "damping": {"modal": 0.02}, "stiffness": [[1, -1], [-1, 1]]}

@@ -22,8 +22,8 @@ CURVES = [
 
 def lines_of(answer: Any) -> list[dict[str, Any]]:
     assert answer.headers["content-type"].startswith("application/x-ndjson")
-    found = [json.loads(line) for line in answer.text.split("\n") if line]
-    return sorted(found, key=lambda line: line["index"])
+    lines = [json.loads(line) for line in answer.text.split("\n") if line]
+    return sorted(lines, key=lambda line: line["index"])
 
 
 def test_each_request_has_its_own_job_and_a_line_when_it_has_ended(live_url: str, store: Store, worker: Any) -> None:
@@ -84,11 +84,11 @@ def test_a_job_that_ends_while_it_is_looked_at_has_its_result_in_the_line(
     job = client.post("/v1/grazing-curves", json=CURVES[0]["request"]).json()["id"]
     worker.finish(job)
     results = type(store.results)
-    found, seen = results.each_info, []
+    original, seen = results.each_info, []
 
     def late(self: Any, ids: list[str], most: int) -> list[Any]:
         seen.append(ids)
-        return [None] * len(ids) if len(seen) == 1 else found(self, ids, most)
+        return [None] * len(ids) if len(seen) == 1 else original(self, ids, most)
 
     monkeypatch.setattr(results, "each_info", late)
     (line,) = lines_of(client.post("/v1/batches", json={"requests": CURVES[:1]}))

@@ -224,9 +224,9 @@ def test_clients_that_do_not_read_hold_little_and_are_disconnected(
         assert len(reader.get(f"{url}{paths[-1]}").content) == lengths[-1]
         readers = {client.getsockname()[1] for client in stalled}
         until(lambda: not connected(own, readers), 60)  # two results at a time, a second each
-        for one in stalled:
+        for connection in stalled:
             received = 0
             with contextlib.suppress(ConnectionError):
-                while piece := one.recv(1 << 20):
+                while piece := connection.recv(1 << 20):
                     received += len(piece)
             assert received < min(lengths)

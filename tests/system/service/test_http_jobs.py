@@ -77,17 +77,17 @@ def test_lists_of_jobs_select_groups_and_classes(client: TestClient, worker: Any
         return [job["id"] for job in client.get("/v1/jobs", params=selected).json()["jobs"]]
 
     in_group = {"Grazemap-Group": "night"}
-    found = client.post("/v1/unfolding-maps", json=MAP, headers=in_group).json()
-    assert found["groups"] == ["night"]
+    map_job = client.post("/v1/unfolding-maps", json=MAP, headers=in_group).json()
+    assert map_job["groups"] == ["night"]
     curves = [post(client, points) for points in range(3, 63)]
-    assert found["id"] not in ids()
-    assert ids(small=False) == ids(group="night") == [found["id"]]
+    assert map_job["id"] not in ids()
+    assert ids(small=False) == ids(group="night") == [map_job["id"]]
     assert len(ids(small=True, limit=500)) == 60
     assert ids(group="nigh") == []
     # it belongs to all that asked for it, also when it is finished
     worker.finish(curves[0])
     client.post("/v1/grazing-curves", json={"omega": {**CURVE["omega"], "points": 3}}, headers=in_group)
-    assert ids(group="night") == [curves[0], found["id"]]
+    assert ids(group="night") == [curves[0], map_job["id"]]
     for number in range(12):
         job = client.post("/v1/unfolding-maps", json=MAP, headers={"Grazemap-Group": f"g{number}"}).json()
     assert job["groups"] == [f"g{number}" for number in range(4, 12)]
@@ -231,16 +231,16 @@ def test_what_a_job_waits_for_is_an_event_without_an_id(
 ) -> None:
     monkeypatch.setattr(events_router, "_LOOK_SECONDS", 0.01)
     job = httpx2.post(f"{live_url}/v1/unfolding-maps", json=MAP).json()
-    found = []
+    reasons = []
     with httpx2.stream("GET", f"{live_url}/v1/jobs/{job['id']}/events", timeout=10) as stream:
         store.workers.set_compiling("maps-3", "the compilation")
         for line in stream.iter_lines():
             if line.startswith("data:") and "waiting_for" in line:
-                found.append(json.loads(line.removeprefix("data:"))["waiting_for"])
+                reasons.append(json.loads(line.removeprefix("data:"))["waiting_for"])
                 store.workers.set_compiling("maps-3", "")
-            if len(found) == 2:
+            if len(reasons) == 2:
                 break
-    assert found == ["the compilation", None]
+    assert reasons == ["the compilation", None]
     httpx2.delete(f"{live_url}/v1/jobs/{job['id']}")
     names = {event[1] for event in parse(httpx2.get(f"{live_url}/v1/jobs/{job['id']}/events").text)}
     assert names == {"progress", "done"}

@@ -40,11 +40,11 @@ def operations(document: dict[str, Any]) -> list[tuple[str, str, dict[str, Any]]
 
 
 def test_every_operation_has_its_own_id_a_summary_and_a_description(document: dict[str, Any]) -> None:
-    found = operations(document)
-    ids = [operation["operationId"] for _, _, operation in found]
+    all_operations = operations(document)
+    ids = [operation["operationId"] for _, _, operation in all_operations]
     assert len(ids) == len(set(ids)) == 13 + 2 * len(PROCESSES)
     assert {f"/v1/{process}" for process in PROCESSES} <= set(document["paths"])
-    for _, _, operation in found:
+    for _, _, operation in all_operations:
         assert operation["summary"]
         assert operation["description"]
 
@@ -122,18 +122,18 @@ def test_bounds_of_numbers_lists_and_parameters_are_documented(document: dict[st
     assert [x for x in (0, 1e-60, -1e60, 5e-324, -5e-324, 1e61, -1e61) if phase.is_valid(x)] == [0, 1e-60, -1e60]
     for method, path, operation in operations(document):
         parameters = operation.get("parameters", [])
-        assert all("anyOf" not in one["schema"] for one in parameters), path
-        if any(one["in"] != "path" for one in parameters):
+        assert all("anyOf" not in parameter["schema"] for parameter in parameters), path
+        if any(parameter["in"] != "path" for parameter in parameters):
             assert "422" in operation["responses"], (method, path)
 
 
 def test_the_pattern_of_the_priority_is_that_of_the_service(client: TestClient, document: dict[str, Any]) -> None:
-    (one,) = (p for p in document["paths"]["/v1/proofs"]["post"]["parameters"] if p["name"] == "priority")
+    (parameter,) = (p for p in document["paths"]["/v1/proofs"]["post"]["parameters"] if p["name"] == "priority")
     right, wrong = ["0", "u=3", "i"], ["", "10", "x"]
     for value in (*right, *wrong):
         answer = client.get(f"/v1/jobs/{'0' * 64}", headers={"priority": value})
         assert answer.status_code == (404 if value in right else 422)
-        assert bool(re.search(one["schema"]["pattern"], value)) == (value in right)
+        assert bool(re.search(parameter["schema"]["pattern"], value)) == (value in right)
 
 
 def test_errors_of_an_estimate_say_what_is_allowed(client: TestClient) -> None:

@@ -77,9 +77,9 @@ def test_metrics_count_by_route(fresh_client: TestClient, worker: Any) -> None:
 
 
 def metric(client: TestClient, name: str) -> float:
-    found = re.search(rf"^{re.escape(name)} (\S+)$", client.get("/metrics").text, re.MULTILINE)
-    assert found, name
-    return float(found[1])
+    match = re.search(rf"^{re.escape(name)} (\S+)$", client.get("/metrics").text, re.MULTILINE)
+    assert match, name
+    return float(match[1])
 
 
 def test_metrics_say_how_long_tiles_wait_and_are_held(client: TestClient, store: Store) -> None:

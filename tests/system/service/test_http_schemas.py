@@ -70,7 +70,7 @@ def test_every_result_is_as_described_and_identified_by_its_process(described: d
     result = validator(described, "Result")
     assert list(result.iter_errors(answer)) == []
     assert not result.is_valid({**answer, "process": "something-else"})
-    needed = next(one.name for one in schema_of(process.split()[0], document(process)) if not one.optional)
+    needed = next(field.name for field in schema_of(process.split()[0], document(process)) if not field.optional)
     assert not result.is_valid({name: value for name, value in answer.items() if name != needed})
 
 
@@ -83,7 +83,7 @@ def test_the_json_of_a_map_names_the_motion_of_every_point(process: str) -> None
     umap = getattr(umap, "unfolding_map", umap)
     assert isinstance(umap, UnfoldingMap)
     assert named == umap.labels().tolist()
-    shares = [MotionShare(**one) for one in shown["motions"]]
+    shares = [MotionShare(**share) for share in shown["motions"]]
     assert shares == umap.motions()
 
 
@@ -93,13 +93,13 @@ def test_results_and_jobs_have_the_process_as_a_constant(described: dict[str, An
         mapping = schemas[union]["discriminator"]["mapping"]
         assert set(mapping) == set(PROCESSES)
         for process, target in mapping.items():
-            found = schemas[target.rpartition("/")[2]]
-            forms = [schemas[one["$ref"].rpartition("/")[2]] for one in found.get("oneOf", [])] or [found]
+            member = schemas[target.rpartition("/")[2]]
+            forms = [schemas[form["$ref"].rpartition("/")[2]] for form in member.get("oneOf", [])] or [member]
             assert {form["properties"]["process"]["const"] for form in forms} == {process}
     for schema in SCHEMAS:
         shown = schemas[f"{schema.name}Result"]["properties"]
-        assert {one.name for one in schema} <= set(shown)
-        assert all(shown[one.name]["description"] for one in schema)
+        assert {field.name for field in schema} <= set(shown)
+        assert all(shown[field.name]["description"] for field in schema)
 
 
 def test_jobs_have_typed_requests(client: TestClient, described: dict[str, Any]) -> None:
@@ -143,7 +143,7 @@ def test_a_generated_client_submits_a_map_and_reads_it(
     for process in REQUESTS:
         answer = in_json(process)
         classes = [getattr(models, f"{schema.name}Result") for schema in SCHEMAS if schema.process == answer["process"]]
-        read = [one for one in classes if _reads(one, answer)]
+        read = [model for model in classes if _reads(model, answer)]
         assert len(read) == 1
         assert read[0].from_dict(answer).to_dict() == answer
 

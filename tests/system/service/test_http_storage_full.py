@@ -82,8 +82,8 @@ def limited_memory(folder: Path) -> Iterator[Narrow]:
 @pytest.fixture(params=[small_file_system, limited_file, limited_memory])
 def narrow(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Narrow]:
     """A Redis that has room at first."""
-    with request.param(tmp_path / "narrow") as found:
-        yield found
+    with request.param(tmp_path / "narrow") as server:
+        yield server
 
 
 def answered(client: TestClient, method: str, path: str, **options: Any) -> str:

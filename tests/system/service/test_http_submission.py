@@ -200,7 +200,9 @@ def test_prefer_is_bounded_ignored_when_strange_and_may_be_repeated(serve: Any) 
         (["waiting=5"], None),
         (["respond-async", "wait=7"], "wait=0"),
     ):
-        answer = client.post("/v1/grazing-curves", json=CURVE, headers=[("Prefer", one) for one in prefer])
+        answer = client.post(
+            "/v1/grazing-curves", json=CURVE, headers=[("Prefer", preference) for preference in prefer]
+        )
         assert answer.status_code in (200, 201)
         assert answer.headers.get("preference-applied") == applied
 
@@ -245,9 +247,9 @@ def test_logs_carry_request_and_job(client: TestClient, logs: list[Any]) -> None
 
 @pytest.mark.parametrize("sent", ["a b", "x" * 65, "<script>", ""])
 def test_a_strange_request_id_is_replaced(client: TestClient, sent: str) -> None:
-    given = client.get("/healthz", headers={"X-Request-Id": sent}).headers["x-request-id"]
-    assert given != sent
-    assert len(given) == 16
+    request_id = client.get("/healthz", headers={"X-Request-Id": sent}).headers["x-request-id"]
+    assert request_id != sent
+    assert len(request_id) == 16
 
 
 def test_a_request_is_parsed_canonicalised_and_hashed_once(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:

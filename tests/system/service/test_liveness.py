@@ -132,11 +132,11 @@ def test_one_that_ends_again_and_again_is_started_after_pauses(monkeypatch: pyte
 @pytest.fixture
 def heard(monkeypatch: pytest.MonkeyPatch) -> Iterator[socket.socket]:
     """The socket on which this process is heard."""
-    with tempfile.TemporaryDirectory() as folder, socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as found:
-        found.bind(f"{folder}/socket")
-        found.settimeout(5)
+    with tempfile.TemporaryDirectory() as folder, socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as receiver:
+        receiver.bind(f"{folder}/socket")
+        receiver.settimeout(5)
         monkeypatch.setenv("NOTIFY_SOCKET", f"{folder}/socket")
-        yield found
+        yield receiver
 
 
 def test_a_main_thread_that_waits_is_not_said_to_go_on(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -84,7 +84,7 @@ def settings_of(address: str, user: str) -> dict[str, str]:
 
 def refusals(address: str) -> list[Any]:
     """What Redis has refused: who asked, and for what."""
-    return [(one["username"], one["reason"], one["object"]) for one in client_of(address, "admin").acl_log()]
+    return [(entry["username"], entry["reason"], entry["object"]) for entry in client_of(address, "admin").acl_log()]
 
 
 def test_service_and_workers_need_no_more(address: str) -> None:
@@ -154,9 +154,9 @@ def verdict(server: redis.Redis, user: str, *command: str) -> str:
         answer: bytes = server.execute_command("ACL", "DRYRUN", user, *command)
     except redis.exceptions.ResponseError:  # not a command that can be run at all
         return "wrong"
-    found = re.search(rb"(OK|run|key|channel)\b(?!.*\b(?:run|key|channel)\b)", answer)
-    assert found is not None, answer
-    return found[1].decode()
+    match = re.search(rb"(OK|run|key|channel)\b(?!.*\b(?:run|key|channel)\b)", answer)
+    assert match is not None, answer
+    return match[1].decode()
 
 
 @pytest.mark.parametrize("user", USERS)
@@ -168,14 +168,14 @@ def test_of_every_class_only_commands_that_name_their_keys_are_theirs(address: s
     for name, arity, _, first, last, *_ in of_kind:
         words = name.decode().split("|")
         arguments = ["of another program"] * (abs(arity) - len(words))
-        said = {verdict(server, user, *words, *arguments)}
+        verdicts = {verdict(server, user, *words, *arguments)}
         if last != first:  # one key of theirs, and one that is not
             more = ["of another program"] if arity < 0 else []
-            said.add(verdict(server, user, *words, "grazemap:x", *arguments[1:], *more))
+            verdicts.add(verdict(server, user, *words, "grazemap:x", *arguments[1:], *more))
         if name.decode() not in WITHOUT_KEYS:
-            assert said <= {"run", "key", "channel"}, name
+            assert verdicts <= {"run", "key", "channel"}, name
         if kind in NEVER and name != b"info":
-            assert said == {"run"}, name
+            assert verdicts == {"run"}, name
 
 
 def test_the_classes_are_those_of_the_server(address: str) -> None:

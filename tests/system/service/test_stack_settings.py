@@ -29,8 +29,8 @@ def made(tmp_path: Path) -> Iterator[Any]:
         return stacks[-1]
 
     yield make
-    for one in stacks:
-        one.stop()
+    for stack in stacks:
+        stack.stop()
 
 
 def environment_of(stack: ServiceStack, name: str) -> dict[str, str]:
@@ -89,9 +89,9 @@ def test_no_other_thread_runs_while_it_forks(
     rounds = iter(range(15))
     run(stack, lambda: next(rounds, None) is None, None, talks=True)
     assert threads == [before] * len(stack._children)
-    said = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
-    assert len(said) == 2  # at once, and after a second
-    assert all(line["starting"] for line in said)
+    messages = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert len(messages) == 2  # at once, and after a second
+    assert all(line["starting"] for line in messages)
 
 
 @pytest.mark.parametrize(("gib", "results", "redis"), [(64, 2 * GIB, 3 * GIB), (4, GIB, GIB + GIB // 2)])

@@ -56,7 +56,7 @@ class Ended(NamedTuple):
     """How a command has ended."""
 
     code: int
-    said: str
+    output: str
 
 
 def keys_in(folder: Path) -> set[bytes]:
@@ -117,10 +117,10 @@ def test_a_damaged_tail_is_cut_off_and_nothing_else(
     content, intact = damaged(written, seed)
     part = written.put(tmp_path, content)
     assert keys_in(tmp_path) == written.kept(intact)
-    (said,) = [entry for entry in logs if "damaged" in entry["event"]]
-    assert said["log_level"] == "warning"
-    assert said["lost_bytes"] == len(content) - part.stat().st_size >= len(content) - intact
-    assert (Path(said["original"]) / part.name).read_bytes() == content
+    (warning,) = [entry for entry in logs if "damaged" in entry["event"]]
+    assert warning["log_level"] == "warning"
+    assert warning["lost_bytes"] == len(content) - part.stat().st_size >= len(content) - intact
+    assert (Path(warning["original"]) / part.name).read_bytes() == content
 
 
 def test_the_stack_repairs_a_file_that_its_redis_refuses(written: Written, tmp_path: Path) -> None:
@@ -147,13 +147,13 @@ def test_parts_after_a_damaged_one_are_dropped_too_and_kept(written: Written, tm
     assert done.code == 0
     (kept,) = (tmp_path / "redis" / append_only.COPIES_FOLDER).iterdir()
     lost = len(written.part[:-3]) - damaged_part.stat().st_size + len(content)
-    assert f"{lost} bytes are cut off" in done.said
+    assert f"{lost} bytes are cut off" in done.output
     assert {path.name: path.stat().st_size for path in kept.iterdir()} == {
         damaged_part.name: len(written.part) - 3,
         later.name: len(content),
     }
     assert keys_in(tmp_path / "redis") == written.kept(len(written.part) - 3)
-    assert "nothing is damaged" in command("repair", "--data", tmp_path).said
+    assert "nothing is damaged" in command("repair", "--data", tmp_path).output
 
 
 def test_the_originals_of_three_repairs_are_kept(written: Written, tmp_path: Path) -> None:
@@ -261,7 +261,7 @@ def test_a_folder_with_data_is_renamed_by_force_and_never_lost(
     written.put(other / "redis", b"")
     refused = command("restore", archive, "--data", other)
     assert refused.code == 1
-    assert "--force" in refused.said
+    assert "--force" in refused.output
     assert (other / "redis" / PART).read_bytes() == b""
 
     with (other / "lock").open("w") as lock:
@@ -269,7 +269,7 @@ def test_a_folder_with_data_is_renamed_by_force_and_never_lost(
         for words in (("restore", archive, "--force"), ("repair",)):
             refused = command(*words, "--data", other)
             assert refused.code == 1
-            assert "a stack runs on the data folder" in refused.said
+            assert "a stack runs on the data folder" in refused.output
 
     assert command("restore", archive, "--data", other, "--force").code == 0
     assert keys_in(other / "redis") == set(written.ends)
@@ -318,7 +318,7 @@ def test_what_is_no_backup_is_refused_and_writes_nothing(
     )
     refused = command("restore", file, "--data", data)
     assert refused.code == 1
-    assert f"{file} is not a backup" in refused.said
+    assert f"{file} is not a backup" in refused.output
     assert list(data.parent.iterdir()) == []
 
 
@@ -336,7 +336,7 @@ def test_of_a_damaged_snapshot_nothing_is_cut_off(written: Written, tmp_path: Pa
 def test_a_folder_without_data_is_refused_by_name(tmp_path: Path, command: Command, words: tuple[str, ...]) -> None:
     refused = command(*words, "--data", tmp_path)
     assert refused.code == 1
-    assert f"{tmp_path} is not the data folder of a stack" in refused.said
+    assert f"{tmp_path} is not the data folder of a stack" in refused.output
     assert list(tmp_path.iterdir()) == []
 
 
@@ -401,5 +401,5 @@ def test_the_memory_of_an_embedded_redis_is_limited(tmp_path: Path, monkeypatch:
     assert StackSettings().max_redis_bytes == 1000 + (1 << 30)
     monkeypatch.setenv("GRAZEMAP_REDIS_BYTES", str(64 << 20))
     with RedisServer(tmp_path, max_memory=StackSettings().max_redis_bytes) as server:
-        found = connect(server.url).config_get("maxmemory*")
-    assert (found["maxmemory"], found["maxmemory-policy"]) == (str(64 << 20), "noeviction")
+        settings = connect(server.url).config_get("maxmemory*")
+    assert (settings["maxmemory"], settings["maxmemory-policy"]) == (str(64 << 20), "noeviction")

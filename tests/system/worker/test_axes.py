@@ -29,22 +29,22 @@ def body_of(vary: str) -> dict[str, Any]:
     "vary", [vary if vary == "restitution" else pytest.param(vary, marks=pytest.mark.thorough) for vary in UP]
 )
 def test_any_cut_of_a_plane_gives_the_same_map(vary: str) -> None:
-    one, cut = (tiled("unfolding-maps", body_of(vary), *tile) for tile in ((3, 4), (2, 3)))
-    assert one.keys() == cut.keys()
-    for name, array in one.items():
+    single, cut = (tiled("unfolding-maps", body_of(vary), *tile) for tile in ((3, 4), (2, 3)))
+    assert single.keys() == cut.keys()
+    for name, array in single.items():
         np.testing.assert_array_equal(array, cut[name])
-    np.testing.assert_array_equal(one["horizontal"], np.linspace(0.27, 0.29, 4))
-    assert one["margin_right"].shape == (3, 4)
+    np.testing.assert_array_equal(single["horizontal"], np.linspace(0.27, 0.29, 4))
+    assert single["margin_right"].shape == (3, 4)
 
 
 @pytest.mark.thorough
 def test_the_values_of_an_oscillator_are_those_of_its_description() -> None:
     """The row of a mass is the map of the oscillator with that mass."""
-    found = tiled("unfolding-maps", body_of("masses[2]"))
+    umap = tiled("unfolding-maps", body_of("masses[2]"))
     body = {"omega": OMEGA["values"], "clearance": [1.6, 1.7], "oscillator": {"masses": [1.0, 11.0, 10.0]}}
     alone = tiled("unfolding-maps", {**body, "max_periods": 200})
     for name in ("kind", "period", "impacts_right", "multiplier", "least_impact_velocity"):
-        np.testing.assert_array_equal(found[name][2], alone[name][0])
+        np.testing.assert_array_equal(umap[name][2], alone[name][0])
 
 
 def test_an_adaptive_map_of_a_plane_has_the_labels_of_the_full_one() -> None:
@@ -67,8 +67,8 @@ def test_a_diagram_along_any_parameter_has_the_motions_of_periodic_orbits(vary: 
     document = whole("bifurcation-diagrams", body)
     assert document["parameter"].tolist() == values
     oscillator = {"restitution": {"right": 0.8, "left": 1.0}} if vary == "restitution_left" else {}
-    one = {"vary": "clearance", "range": [1.6, 1.7], "omega": 0.29, "periods": 4, "oscillator": oscillator}
-    first = whole("bifurcation-diagrams", one)["sections"][0]
+    clearance_body = {"vary": "clearance", "range": [1.6, 1.7], "omega": 0.29, "periods": 4, "oscillator": oscillator}
+    first = whole("bifurcation-diagrams", clearance_body)["sections"][0]
     assert document["sections"][2]["motion"] == first["motion"]
     np.testing.assert_allclose(document["sections"][2]["displacement"], first["displacement"], atol=1e-6)
 

@@ -23,7 +23,7 @@ def commands(store: Store, step: Callable[[], object]) -> int:
     """Commands that Redis performs for a step, those in scripts included."""
     store.redis.config_resetstat()
     step()
-    return sum(found["calls"] for found in store.redis.info("commandstats").values())
+    return sum(command["calls"] for command in store.redis.info("commandstats").values())
 
 
 @pytest.fixture
@@ -84,8 +84,8 @@ def test_the_unfinished_tiles_are_counted_as_jobs_come_and_go(store: Store) -> N
     with pytest.raises(BacklogFull):
         submit_curve(store, 1, most=9)
     submit_curve(store, 1, most=10)
-    for found in store.jobs.page()[0]:
-        store.jobs.dismiss(found.id)
+    for entry in store.jobs.page()[0]:
+        store.jobs.dismiss(entry.id)
     assert store.counts().pending_tiles == 0
 
 

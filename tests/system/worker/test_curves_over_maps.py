@@ -52,17 +52,17 @@ def map_over(**body: Any) -> UnfoldingMap:
         "reason": np.zeros(shape, np.int8),
         "reasons": np.array([""]),
     }
-    found = result_of("unfolding-maps", body, document)
-    assert isinstance(found, UnfoldingMap)
-    return found
+    umap = result_of("unfolding-maps", body, document)
+    assert isinstance(umap, UnfoldingMap)
+    return umap
 
 
 @NAMES
 def test_a_curve_is_evaluated_anywhere(name: str) -> None:
     oscillator, clearance, _, _ = MACHINES[name]
     curve = curves_of(oscillator, clearance)
-    given = {side: getattr(curve, f"clearance_{side}") for side in ("right", "left")}
-    known = {side: values for side, values in given.items() if values is not None}
+    clearances = {side: getattr(curve, f"clearance_{side}") for side in ("right", "left")}
+    known = {side: values for side, values in clearances.items() if values is not None}
     # as the core has it, to the rounding of the frequencies' responses
     np.testing.assert_allclose(curve.at(curve.omega), np.max([*known.values()], axis=0), rtol=1e-12)
     assert curve.at(0.28).shape == ()
@@ -72,7 +72,7 @@ def test_a_curve_is_evaluated_anywhere(name: str) -> None:
     for side, values in known.items():
         np.testing.assert_allclose(curve.at(curve.omega, side), values, rtol=1e-12)
     if len(known) == 1:
-        (absent,) = given.keys() - known.keys()
+        (absent,) = clearances.keys() - known.keys()
         with pytest.raises(ValueError, match=absent):
             curve.at(0.28, absent)
     else:  # of two curves that of the stop that the motion touches first

@@ -67,8 +67,8 @@ def test_a_short_job_of_another_requester_overtakes_fifty_maps(store: Store) -> 
         submit_map(store, number)
     claimed(store, 30)
     short = submit_map(store, 100, EIGHT, Requester("two"))
-    found = claimed(store, 12)
-    assert sum(claim.job_id == short.id for claim in found) == 8
+    claims = claimed(store, 12)
+    assert sum(claim.job_id == short.id for claim in claims) == 8
 
 
 def test_a_weight_and_a_priority_are_shares(store: Store) -> None:

@@ -32,10 +32,10 @@ def test_requests_of_equal_stops_have_the_simplest_text() -> None:
     both = canonical(parse_request("bifurcation-curves", window))
     assert both["vertical"] == {"vary": "clearance", "values": CLEARANCE}
     assert "clearance" not in both
-    for given in ({"right": CLEARANCE}, {"right": CLEARANCE, "left": None}):
-        found = canonical(parse_request("bifurcation-curves", {**window, "clearance": given}))
-        assert found["vertical"] == {"vary": "clearance_right", "values": CLEARANCE}
-        assert found["clearance"] == {"left": None}
+    for clearance in ({"right": CLEARANCE}, {"right": CLEARANCE, "left": None}):
+        text = canonical(parse_request("bifurcation-curves", {**window, "clearance": clearance}))
+        assert text["vertical"] == {"vary": "clearance_right", "values": CLEARANCE}
+        assert text["clearance"] == {"left": None}
     diagram = parse_request("unfolding-diagrams", {**GRID, "clearance": ROWS})
     assert canonical(diagram)["vertical"] == {"vary": "clearance", "values": ROWS}
     assert diagram.plane.mirrors
@@ -127,8 +127,8 @@ def test_an_orbit_that_is_given_in_a_window_of_one_stop_is_followed() -> None:
         "periodic-orbits", {**WINDOW, "omega": 0.8, "clearance": {"right": 2.0}, "motion": {"period": 1, "stops": [1]}}
     )
     motion = {name: np.asarray(orbit[name]).tolist() for name in ("period", "stops", "phases", "velocities")}
-    given = {**motion, "omega": 0.8, "clearance": 2.0}
-    document = whole("bifurcation-curves", {**WINDOW, "clearance": {"right": CLEARANCE}, "motions": [given]})
+    known = {**motion, "omega": 0.8, "clearance": 2.0}
+    document = whole("bifurcation-curves", {**WINDOW, "clearance": {"right": CLEARANCE}, "motions": [known]})
     assert document["motions"][0]["clearance"] == 2.0
     assert {"PD", "GR"} <= {curve["type"] for curve in document["curves"]}
     assert all(np.all(np.isnan(curve["clearance_left"])) for curve in document["curves"])

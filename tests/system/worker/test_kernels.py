@@ -30,15 +30,15 @@ USED = "tests.support.kernels_used"
 @pytest.fixture
 def loaded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """The steps that were loaded here; nothing is compiled, and processes that should compile sleep."""
-    found: list[str] = []
+    steps: list[str] = []
     sleeps = [sys.executable, "-c", "import time; time.sleep(60)"]
     popen = subprocess.Popen
     monkeypatch.setattr(kernel_folder, "folder", lambda: tmp_path)
     monkeypatch.setattr(kernel_folder, "_used", set())
-    monkeypatch.setattr(warmup, "load", found.append)
+    monkeypatch.setattr(warmup, "load", steps.append)
     monkeypatch.setattr(kernels_module.subprocess, "Popen", lambda _, **options: popen(sleeps, **options))
     monkeypatch.setattr(kernels_module, "available_cores", lambda: 2)
-    return found
+    return steps
 
 
 def kill(kernels: Kernels, component: str) -> None:
@@ -63,13 +63,13 @@ def test_only_steps_are_compiled(loaded: list[str]) -> None:
 
 @pytest.mark.parametrize("masses", [1, 2, 8])
 def test_diagrams_of_any_number_of_masses_are_loaded(monkeypatch: pytest.MonkeyPatch, masses: int) -> None:
-    found: list[tuple[str, int]] = []
+    loads: list[tuple[str, int]] = []
     for name in warmup._COMPONENTS:
-        monkeypatch.setitem(warmup._COMPONENTS, name, lambda chain, name=name: found.append((name, chain.size)))
+        monkeypatch.setitem(warmup._COMPONENTS, name, lambda chain, name=name: loads.append((name, chain.size)))
     warmup.load(f"diagrams-{masses}")
-    assert ("lockstep", masses) in found
-    assert {size for component, size in found if component != "lockstep"} == {3}
-    assert {component for component, _ in found} == {"curves", "trajectories", "classification", "lockstep", "orbits"}
+    assert ("lockstep", masses) in loads
+    assert {size for component, size in loads if component != "lockstep"} == {3}
+    assert {component for component, _ in loads} == {"curves", "trajectories", "classification", "lockstep", "orbits"}
 
 
 def test_what_does_not_depend_on_the_number_of_masses_is_compiled_once(loaded: list[str]) -> None:
@@ -100,10 +100,10 @@ def test_steps_are_ready_one_after_another_while_two_processes_compile(loaded: l
     assert not kernels.advance()
     components = [compiler.components for compiler in kernels._compilers.values()]
     assert components == [["curves", "trajectories", "classification", "orbits"], ["lockstep-3"]]
-    said = kernels.status_texts()
-    assert said["curves"] == "kernels for curves, compiling for 0 s (about 5 s usually)"
-    assert said["trajectories"] == "kernels for trajectories, after others"
-    assert said["maps-3"] == "kernels for maps of 3 masses, compiling for 0 s (about 40 s usually)"
+    texts = kernels.status_texts()
+    assert texts["curves"] == "kernels for curves, compiling for 0 s (about 5 s usually)"
+    assert texts["trajectories"] == "kernels for trajectories, after others"
+    assert texts["maps-3"] == "kernels for maps of 3 masses, compiling for 0 s (about 40 s usually)"
     kernel_folder.record("curves")  # as the process does
     assert kernels.advance()
     assert kernels.ready == {"curves"} == set(loaded)

@@ -56,7 +56,7 @@ def test_a_mass_dropped_on_a_preloaded_floor_bounces_to_rest() -> None:
         "samples_per_period": 20,
     }
     document = asked(body)
-    found = document["impacts"]
+    impacts = document["impacts"]
     printed = [
         (0.004966983943888618, -316.2587864392096),
         (0.01490088290077536, -284.6329077952886),
@@ -66,7 +66,7 @@ def test_a_mass_dropped_on_a_preloaded_floor_bounces_to_rest() -> None:
         (0.05463562289684853, -186.7476508044874),
         (0.06456904381196302, -168.0728857240387),
     ]
-    np.testing.assert_allclose(np.column_stack([found["time"], found["velocity"]])[:7], printed, rtol=1e-13)
+    np.testing.assert_allclose(np.column_stack([impacts["time"], impacts["velocity"]])[:7], printed, rtol=1e-13)
     with mp.workdps(DIGITS):
         frequency = mp.sqrt(mp.mpf(100) / mp.mpf(1e-3))
         depth = mp.mpf(9.81e-3) / 100
@@ -78,11 +78,11 @@ def test_a_mass_dropped_on_a_preloaded_floor_bounces_to_rest() -> None:
             time += 2 * mp.atan2(speed, frequency * depth) / frequency
             times.append(time)
             speeds.append(speed)
-    count = len(found["time"])
-    assert found["kind"].tolist() == ["impact"] * (count - 1) + ["chatter"]
+    count = len(impacts["time"])
+    assert impacts["kind"].tolist() == ["impact"] * (count - 1) + ["chatter"]
     assert count > 200
-    np.testing.assert_allclose(found["time"], np.array(times[:count], float), rtol=1e-13)
-    np.testing.assert_allclose(found["velocity"], -np.array(speeds[:count], float), rtol=1e-11)
+    np.testing.assert_allclose(impacts["time"], np.array(times[:count], float), rtol=1e-13)
+    np.testing.assert_allclose(impacts["velocity"], -np.array(speeds[:count], float), rtol=1e-11)
     rest = document["sticking"]
     assert rest["start"] == pytest.approx([float(times[-1])], rel=1e-13)  # 0.9^1500 of the first flight is nothing
     assert rest["stop_time"] == pytest.approx([2.0], rel=1e-15)  # its weight holds it
@@ -125,18 +125,18 @@ def test_a_mass_that_is_pushed_against_a_wall_at_its_equilibrium(
         "times": [40.0],
     }
     document = asked(body)
-    found = document["impacts"]
-    count = int(np.sum(found["time"] <= 40.0))
+    hits = document["impacts"]
+    count = int(np.sum(hits["time"] <= 40.0))
     assert count == impacts
-    pairs = np.column_stack([found["time"], found["velocity"]])
+    pairs = np.column_stack([hits["time"], hits["velocity"]])
     np.testing.assert_allclose(pairs[: len(first)], first, atol=1e-9, rtol=0)
     end = document["displacement"][0, 0], document["velocity"][0, 0]
     if omega == 1.5:
         assert end == pytest.approx((0.12848981586, -0.25370276437), abs=1e-9)
     exact = exact_run(body)
     exact.run(until=40.0)
-    np.testing.assert_allclose(found["time"][:count], [float(t) for t in exact.times], atol=1e-11, rtol=0)
-    np.testing.assert_allclose(found["velocity"][:count], [float(v) for v in exact.speeds], atol=1e-11, rtol=0)
+    np.testing.assert_allclose(hits["time"][:count], [float(t) for t in exact.times], atol=1e-11, rtol=0)
+    np.testing.assert_allclose(hits["velocity"][:count], [float(v) for v in exact.speeds], atol=1e-11, rtol=0)
     np.testing.assert_allclose(end, np.ravel(exact.state().floats()), atol=1e-11, rtol=0)
 
 
@@ -165,16 +165,16 @@ def test_a_mass_on_its_stop_is_held_while_the_force_presses_it() -> None:
         (1.0, (), (0.0, 1e-3, -1e-3)),  # it is not pressed but for a moment
         (0.4, inside, outside),
     ):
-        found = asked(undamped(place, *held, *free))["trajectories"]
-        at_once = [one["sticking"]["start"][:1].tolist() == [0.0] for one in found]
+        runs = asked(undamped(place, *held, *free))["trajectories"]
+        at_once = [run["sticking"]["start"][:1].tolist() == [0.0] for run in runs]
         assert at_once == [True] * len(held) + [False] * len(free)
-        for phase, one in zip(held, found, strict=False):
-            release = one["sticking"]["stop_time"][0]
+        for phase, run in zip(held, runs, strict=False):
+            release = run["sticking"]["stop_time"][0]
             assert release == pytest.approx((border - phase) / 2.5, abs=1e-14)
     # it leaves the other stops, and this one never
-    (found,) = asked(undamped(-1.4, 0.0))["trajectories"]
-    assert (found["sticking"]["start"].tolist(), len(found["impacts"]["time"])) == ([0.0], 0)
-    assert found["sticking"]["stop_time"][0] == found["time"][-1]
+    (run,) = asked(undamped(-1.4, 0.0))["trajectories"]
+    assert (run["sticking"]["start"].tolist(), len(run["impacts"]["time"])) == ([0.0], 0)
+    assert run["sticking"]["stop_time"][0] == run["time"][-1]
 
 
 def test_a_mass_that_was_released_from_its_stop_returns_to_it() -> None:
@@ -186,8 +186,8 @@ def test_a_mass_that_was_released_from_its_stop_returns_to_it() -> None:
         (10.610850707, 0.12039718),
         (15.361393332, 0.721293813),
     ]
-    found = np.column_stack([document["impacts"]["time"], document["impacts"]["velocity"]])
-    np.testing.assert_allclose(found[:4], printed, atol=1e-9, rtol=0)
+    pairs = np.column_stack([document["impacts"]["time"], document["impacts"]["velocity"]])
+    np.testing.assert_allclose(pairs[:4], printed, atol=1e-9, rtol=0)
     with mp.workdps(DIGITS):  # the first flight, and the second one
         w, place, restitution = mp.mpf("2.5"), mp.mpf(0.4), mp.mpf(0.5)
         begin, x, v = mp.acos(place) / w, place, mp.mpf(0)
@@ -198,9 +198,9 @@ def test_a_mass_that_was_released_from_its_stop_returns_to_it() -> None:
             def at(t: Any, a: Any = a, b: Any = b, begin: Any = begin) -> Any:
                 return a * mp.cos(t - begin) + b * mp.sin(t - begin) + steady * mp.cos(w * t)
 
-            time = mp.findroot(lambda t: at(t) - place, mp.mpf(float(found[k, 0])))
+            time = mp.findroot(lambda t: at(t) - place, mp.mpf(float(pairs[k, 0])))
             speed = mp.diff(at, time)
-            assert found[k] == pytest.approx((float(time), float(speed)), abs=1e-13)
+            assert pairs[k] == pytest.approx((float(time), float(speed)), abs=1e-13)
             begin, x, v = time, place, -restitution * speed
 
 
@@ -217,11 +217,11 @@ def test_impacts_at_the_resonance_of_an_elastic_wall_gain_the_same_speed_each_ti
         "periods": 20,
         "samples_per_period": 20,
     }
-    found = asked(body)["impacts"]
+    impacts = asked(body)["impacts"]
     number = np.arange(1, 20)
-    assert len(found["time"]) in (19, 20)  # round-off decides whether the record ends before the last one
-    np.testing.assert_allclose(found["time"][:19], math.pi * number, rtol=1e-12)
-    np.testing.assert_allclose(found["velocity"][:19], -(1.0 + 4.0 / 3.0 * number), rtol=1e-12)
+    assert len(impacts["time"]) in (19, 20)  # round-off decides whether the record ends before the last one
+    np.testing.assert_allclose(impacts["time"][:19], math.pi * number, rtol=1e-12)
+    np.testing.assert_allclose(impacts["velocity"][:19], -(1.0 + 4.0 / 3.0 * number), rtol=1e-12)
 
 
 def test_a_mass_between_two_walls_is_pinned_by_a_square_wave() -> None:
@@ -240,17 +240,17 @@ def test_a_mass_between_two_walls_is_pinned_by_a_square_wave() -> None:
         "samples_per_period": 400,
     }
     document = asked(body)
-    found, rests = document["impacts"], document["sticking"]
-    assert found["stop"].tolist() == rests["stop"].tolist() == [-1, 1, -1, 1]
+    impacts, rests = document["impacts"], document["sticking"]
+    assert impacts["stop"].tolist() == rests["stop"].tolist() == [-1, 1, -1, 1]
     printed = [(1.466709, -5.1665), (3.391534, 6.87341), (5.391534, -6.87341)]
-    pairs = np.column_stack([found["time"], found["velocity"]])
+    pairs = np.column_stack([impacts["time"], impacts["velocity"]])
     np.testing.assert_allclose(pairs[:3], printed, rtol=0, atol=1e-5)
     printed = [(1.466709, 1.984153), (3.391534, 3.984153)]
     np.testing.assert_allclose(np.column_stack([rests["start"], rests["stop_time"]])[:2], printed, rtol=0, atol=1e-5)
     exact = exact_run(body)
     exact.run(until=7.9)
-    np.testing.assert_allclose(found["time"], [float(t) for t in exact.times], atol=1e-12, rtol=0)
-    np.testing.assert_allclose(found["velocity"], [float(v) for v in exact.speeds], atol=1e-12, rtol=0)
+    np.testing.assert_allclose(impacts["time"], [float(t) for t in exact.times], atol=1e-12, rtol=0)
+    np.testing.assert_allclose(impacts["velocity"], [float(v) for v in exact.speeds], atol=1e-12, rtol=0)
     np.testing.assert_allclose(rests["stop_time"][:3], [float(t) for t in exact.releases[:3]], atol=1e-12, rtol=0)
 
 
@@ -267,11 +267,11 @@ def test_a_mass_thrown_from_an_elastic_stop_at_its_equilibrium_returns_forever(o
         "observables": ["impulse", "impulse_left", "dissipated_power", "mean_impact_speed_left"],
     }
     document = asked(body)
-    found = document["impacts"]
+    impacts = document["impacts"]
     number = int(body["periods"] * 2.0 * math.pi / omega / (0.1 * math.pi))
     assert number > 10
-    np.testing.assert_allclose(found["time"], 0.1 * math.pi * np.arange(1, number + 1), rtol=1e-13)
-    np.testing.assert_allclose(found["velocity"], -np.ones(number), rtol=1e-13)
+    np.testing.assert_allclose(impacts["time"], 0.1 * math.pi * np.arange(1, number + 1), rtol=1e-13)
+    np.testing.assert_allclose(impacts["velocity"], -np.ones(number), rtol=1e-13)
     assert document["impulse"] == document["impulse_left"] == pytest.approx(200.0 * number / body["periods"], rel=1e-13)
     assert document["mean_impact_speed_left"] == pytest.approx(1.0, rel=1e-13)
     assert document["dissipated_power"] == pytest.approx(0.0, abs=1e-12)
@@ -286,12 +286,12 @@ def test_an_elastic_mass_between_two_stops_keeps_its_speed() -> None:
         "initial": {"velocity": [1]},
         "periods": 3,
     }
-    found = asked(body)["impacts"]
+    impacts = asked(body)["impacts"]
     # asin(1/2) from the middle to a stop; cos of it is the speed there
-    times = math.pi / 6.0 * np.arange(1, 2 * len(found["time"]), 2)
+    times = math.pi / 6.0 * np.arange(1, 2 * len(impacts["time"]), 2)
     assert len(times) == 18
-    np.testing.assert_allclose(found["time"], times, rtol=1e-13)
-    np.testing.assert_allclose(found["velocity"], 0.5 * math.sqrt(3.0) * (-1.0) ** np.arange(18), rtol=1e-13)
+    np.testing.assert_allclose(impacts["time"], times, rtol=1e-13)
+    np.testing.assert_allclose(impacts["velocity"], 0.5 * math.sqrt(3.0) * (-1.0) ** np.arange(18), rtol=1e-13)
 
 
 @pytest.mark.parametrize("omega", [1.0, 0.37, 3.3])
@@ -317,13 +317,13 @@ def test_a_mass_on_a_spring_meets_another_one_and_stays_with_it(omega: float) ->
         "times": [0.5 * math.pi + 0.5],
     }
     document = asked(body)
-    found, rests = document["impacts"], document["sticking"]
+    impacts, rests = document["impacts"], document["sticking"]
     together = math.pi / math.sqrt(3.0)
-    number = len(found["time"])
+    number = len(impacts["time"])
     assert number >= 4
     times = np.append(0.5 * math.pi, 0.5 * math.pi + together + math.pi * np.arange(1, number))
-    np.testing.assert_allclose(found["time"], times, rtol=1e-13)
-    np.testing.assert_allclose(found["velocity"], np.append(3.0, 2.0 / 3.0 ** np.arange(number - 1)), rtol=1e-12)
+    np.testing.assert_allclose(impacts["time"], times, rtol=1e-13)
+    np.testing.assert_allclose(impacts["velocity"], np.append(3.0, 2.0 / 3.0 ** np.arange(number - 1)), rtol=1e-12)
     assert rests["start"] == pytest.approx([0.5 * math.pi], rel=1e-14)
     assert rests["stop_time"] == pytest.approx([0.5 * math.pi + together], rel=1e-14)
     place, speed = math.sin(0.5 * math.sqrt(3.0)) / math.sqrt(3.0), math.cos(0.5 * math.sqrt(3.0))

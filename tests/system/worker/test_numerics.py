@@ -20,14 +20,14 @@ SETTINGS = (*NARROW, "NUMBA_ENABLE_AVX", "NUMBA_DISABLE_JIT")
 
 def meta(**settings: str) -> dict[str, str]:
     """What a process with these settings and no others says."""
-    return said({name: value for name, value in os.environ.items() if name not in SETTINGS} | settings)
+    return meta_of({name: value for name, value in os.environ.items() if name not in SETTINGS} | settings)
 
 
-def said(environment: dict[str, str]) -> dict[str, str]:
+def meta_of(environment: dict[str, str]) -> dict[str, str]:
     code = "import json; from grazemap_worker.numerics import numerics; print(json.dumps(numerics().as_meta()))"
     answer = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, timeout=300, check=True)
-    found: dict[str, str] = json.loads(answer.stdout)
-    return found
+    document: dict[str, str] = json.loads(answer.stdout)
+    return document
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +42,7 @@ def test_the_processor_and_its_features_are_those_of_this_machine(here: dict[str
 
 
 def test_another_process_says_the_same() -> None:
-    assert numerics().as_meta() == said({**os.environ})
+    assert numerics().as_meta() == meta_of({**os.environ})
 
 
 def test_the_document_of_the_api_has_their_fields(here: dict[str, str]) -> None:

@@ -59,94 +59,94 @@ def computed(process: str, body: dict[str, Any]) -> tuple[Document, Result]:
     document = tiled(process, body, 3, 1) if process == "unfolding-maps" else whole(process, body)
     result = result_of(process, body, document)
     again = _decode_json(encode_json(document, result.meta))
-    others = {one.name: values for one, values in variables_of(again)}
-    for one, values in variables_of(result):  # in JSON a number that is not known is missing
-        pair = (np.asarray(part, dtype=np.float64) for part in (values, others.get(one.name, np.nan)))
-        np.testing.assert_array_equal(*pair, err_msg=one.name)
+    others = {variable.name: values for variable, values in variables_of(again)}
+    for variable, values in variables_of(result):  # in JSON a number that is not known is missing
+        pair = (np.asarray(part, dtype=np.float64) for part in (values, others.get(variable.name, np.nan)))
+        np.testing.assert_array_equal(*pair, err_msg=variable.name)
     return document, result
 
 
 def test_wire_core_and_schema_have_the_same_names() -> None:
     assert OBSERVABLES == core.OBSERVABLES == schema.OBSERVABLES
-    assert tuple(one.name for one in schema.MEANS) == core.MEANS
+    assert tuple(mean.name for mean in schema.MEANS) == core.MEANS
 
 
 @pytest.mark.parametrize("process", ["trajectories", "periodic-orbits"])
 def test_a_motion_has_numbers(process: str) -> None:
-    _, found = computed(process, {**REQUESTS[process], **ASKED})
-    assert isinstance(found, Trajectory | PeriodicOrbit)
-    assert found.impulse == pytest.approx(1.1893227616745, rel=1e-11)
-    assert found.dissipated_power == pytest.approx(9.0981990279e-4, rel=1e-9)
-    assert found.peak_displacement_left == pytest.approx(1.6, abs=1e-12)
-    assert found.impact_rate is None
-    assert found.output("spring").unit == "N"
-    assert found.output("rate").rms == pytest.approx(0.3946305785571, rel=1e-11)
+    _, motion = computed(process, {**REQUESTS[process], **ASKED})
+    assert isinstance(motion, Trajectory | PeriodicOrbit)
+    assert motion.impulse == pytest.approx(1.1893227616745, rel=1e-11)
+    assert motion.dissipated_power == pytest.approx(9.0981990279e-4, rel=1e-9)
+    assert motion.peak_displacement_left == pytest.approx(1.6, abs=1e-12)
+    assert motion.impact_rate is None
+    assert motion.output("spring").unit == "N"
+    assert motion.output("rate").rms == pytest.approx(0.3946305785571, rel=1e-11)
     with pytest.raises(ValueError, match="rate, spring"):
-        found.output("damper")
-    data = found.to_xarray()
-    assert float(data["spring_peak"]) == found.output("spring").peak
-    table = found.to_dataframe("outputs")
+        motion.output("damper")
+    data = motion.to_xarray()
+    assert float(data["spring_peak"]) == motion.output("spring").peak
+    table = motion.to_dataframe("outputs")
     assert table["name"].tolist() == ["rate", "spring"]
-    assert table["peak"].tolist() == [one.peak for one in found.outputs]
+    assert table["peak"].tolist() == [output.peak for output in motion.outputs]
 
 
 def test_many_trajectories_have_columns() -> None:
     states = [{}, {"phase": 1.0}]
-    _, found = computed("trajectories", {**REQUESTS["trajectories"], "initial": states, **ASKED})
-    assert isinstance(found, Trajectories)
-    assert [one.output("rate").name for one in found.trajectories] == ["rate"] * 2
-    assert found.to_xarray()["impulse"].shape == (2,)
+    _, motions = computed("trajectories", {**REQUESTS["trajectories"], "initial": states, **ASKED})
+    assert isinstance(motions, Trajectories)
+    assert [motion.output("rate").name for motion in motions.trajectories] == ["rate"] * 2
+    assert motions.to_xarray()["impulse"].shape == (2,)
 
 
 def test_a_branch_has_values_where_its_orbits_are_admissible() -> None:
-    _, found = computed("orbit-branches", {**REQUESTS["orbit-branches"], **ASKED})
-    assert isinstance(found, OrbitBranch)
-    assert found.impulse.shape == found.parameter.shape
-    assert np.array_equal(np.isnan(found.impulse), ~found.admissible)
-    speeds = np.sum(np.abs(found.velocities), axis=1)[found.admissible]
-    np.testing.assert_allclose(found.impulse[found.admissible], 1.8 * speeds, rtol=1e-12)
-    assert found.to_dataframe()["spring_rms"].tolist()[6] == found.output("spring").rms[6]
-    axes = found.plot("dissipated_power")
+    _, branch = computed("orbit-branches", {**REQUESTS["orbit-branches"], **ASKED})
+    assert isinstance(branch, OrbitBranch)
+    assert branch.impulse.shape == branch.parameter.shape
+    assert np.array_equal(np.isnan(branch.impulse), ~branch.admissible)
+    speeds = np.sum(np.abs(branch.velocities), axis=1)[branch.admissible]
+    np.testing.assert_allclose(branch.impulse[branch.admissible], 1.8 * speeds, rtol=1e-12)
+    assert branch.to_dataframe()["spring_rms"].tolist()[6] == branch.output("spring").rms[6]
+    axes = branch.plot("dissipated_power")
     assert axes.get_ylabel() == "dissipated power"
-    assert found.plot("spring_rms", labels=False).lines
+    assert branch.plot("spring_rms", labels=False).lines
     with pytest.raises(ValueError, match="no peak_force"):
-        found.plot("peak_force")
+        branch.plot("peak_force")
     plt.close("all")
 
 
 def test_a_diagram_has_values_over_its_parameter() -> None:
-    _, found = computed("bifurcation-diagrams", {**REQUESTS["bifurcation-diagrams"], **ASKED})
-    assert isinstance(found, BifurcationDiagram)
-    assert found.impulse[0] == pytest.approx(1.1893227616745, rel=1e-11)
-    assert found.impulse[1] == 0.0  # no impacts
-    assert np.isnan(found.mean_impact_speed_right[1])
-    assert found.to_xarray()["rate_mean"].dims == ("parameter",)
-    assert found.plot(quantity="impulse").get_ylabel() == "impulse"
+    _, diagram = computed("bifurcation-diagrams", {**REQUESTS["bifurcation-diagrams"], **ASKED})
+    assert isinstance(diagram, BifurcationDiagram)
+    assert diagram.impulse[0] == pytest.approx(1.1893227616745, rel=1e-11)
+    assert diagram.impulse[1] == 0.0  # no impacts
+    assert np.isnan(diagram.mean_impact_speed_right[1])
+    assert diagram.to_xarray()["rate_mean"].dims == ("parameter",)
+    assert diagram.plot(quantity="impulse").get_ylabel() == "impulse"
     with pytest.raises(ValueError, match="one of"):
-        found.plot(quantity="peak_force")
+        diagram.plot(quantity="peak_force")
     plt.close("all")
 
 
 def test_a_map_has_arrays_of_the_plane(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     body = REQUESTS["unfolding-maps"]
     plain, _ = computed("unfolding-maps", body)
-    document, found = computed("unfolding-maps", {**body, **ASKED})
-    assert isinstance(found, UnfoldingMap)
+    document, umap = computed("unfolding-maps", {**body, **ASKED})
+    assert isinstance(umap, UnfoldingMap)
     for name, value in plain.items():
         if isinstance(value, np.ndarray):
             assert np.array_equal(value, document[name], equal_nan=value.dtype.kind == "f"), name
     assert set(document) - set(plain) == {*ASKED["observables"], "outputs"}
-    assert found.impulse.shape == found.kind.shape
-    assert found.impulse[0, 1] == pytest.approx(1.1893227616745, rel=1e-11)
-    assert np.all(found.impulse[2] == 0.0)
-    assert found.to_xarray()["spring_rms"].dims == found.to_xarray()["kind"].dims
-    assert "dissipated power" in found.plot("dissipated_power").get_title()
-    assert found.plot("spring_peak", legend="none").collections
-    assert found.plot(plt.figure().add_subplot()).get_legend() is not None
+    assert umap.impulse.shape == umap.kind.shape
+    assert umap.impulse[0, 1] == pytest.approx(1.1893227616745, rel=1e-11)
+    assert np.all(umap.impulse[2] == 0.0)
+    assert umap.to_xarray()["spring_rms"].dims == umap.to_xarray()["kind"].dims
+    assert "dissipated power" in umap.plot("dissipated_power").get_title()
+    assert umap.plot("spring_peak", legend="none").collections
+    assert umap.plot(plt.figure().add_subplot()).get_legend() is not None
     with pytest.raises(ValueError, match="no impact_rate"):
-        found.plot("impact_rate")
+        umap.plot("impact_rate")
     plt.close("all")
-    saved, picture = found.save(tmp_path / "map.npz"), tmp_path / "map.png"
+    saved, picture = umap.save(tmp_path / "map.npz"), tmp_path / "map.png"
     assert cli.main(["plot", str(saved), "--quantity", "spring_rms", "-o", str(picture)]) == 0
     assert picture.exists()
     assert cli.main(["plot", str(saved), "--quantity", "impact_rate"]) != 0
@@ -155,10 +155,10 @@ def test_a_map_has_arrays_of_the_plane(tmp_path: Path, capsys: pytest.CaptureFix
 
 def test_an_orbit_that_rests_and_one_that_is_not_found(monkeypatch: pytest.MonkeyPatch) -> None:
     resting = {"oscillator": {"restitution": 0.2}, "omega": 0.12, "clearance": 0.5, **ASKED}
-    _, found = computed("periodic-orbits", resting)
-    assert isinstance(found, PeriodicOrbit)
-    assert found.found_by == "simulation"
-    assert found.impulse > 0.0
+    _, orbit = computed("periodic-orbits", resting)
+    assert isinstance(orbit, PeriodicOrbit)
+    assert orbit.found_by == "simulation"
+    assert orbit.impulse > 0.0
     lost = {**POINT, "motion": {"period": 1, "stops": [1] * 40}, **ASKED}
 
     def not_closed(*arguments: object) -> None:
@@ -178,7 +178,7 @@ def identity(process: str, request: ProcessRequest) -> str:
 @pytest.mark.parametrize("process", REQUESTS)
 def test_what_is_not_asked_for_changes_neither_id_nor_kernels(process: str) -> None:
     body = REQUESTS[process]
-    plain, empty = (parse_request(process, one) for one in (body, {**body, "observables": [], "outputs": {}}))
+    plain, empty = (parse_request(process, variant) for variant in (body, {**body, "observables": [], "outputs": {}}))
     assert "observables" not in canonical(plain)
     assert identity(process, plain) == identity(process, empty)
     asked = parse_request(process, {**body, **ASKED})
@@ -191,7 +191,7 @@ def test_what_is_not_asked_for_changes_neither_id_nor_kernels(process: str) -> N
     assert warmup.is_step(step)
     assert step != kernels_of(process, plain)
     assert compiling_seconds(step) > 0.0
-    estimates = [IMPLEMENTATIONS[process].plan(one).estimate.seconds for one in (plain, asked)]
+    estimates = [IMPLEMENTATIONS[process].plan(request).estimate.seconds for request in (plain, asked)]
     assert estimates[1] > estimates[0]
 
 

@@ -29,8 +29,8 @@ FIRST = [k for k, (process, _) in enumerate(REQUESTS) if process not in [name fo
 @pytest.mark.parametrize(
     ("process", "body"),
     [
-        pytest.param(*one, id=f"{k}-{one[0]}", marks=() if k in FIRST else pytest.mark.thorough)
-        for k, one in enumerate(REQUESTS)
+        pytest.param(*entry, id=f"{k}-{entry[0]}", marks=() if k in FIRST else pytest.mark.thorough)
+        for k, entry in enumerate(REQUESTS)
     ],
 )
 def test_results_are_those_of_the_forces_own_frequency(process: str, body: dict[str, Any]) -> None:
@@ -39,7 +39,7 @@ def test_results_are_those_of_the_forces_own_frequency(process: str, body: dict[
 
 
 def chain(*forcing: dict[str, Any], **more: Any) -> dict[str, Any]:
-    each = [{"amplitude": [1.0, 0.0, 0.0], **one} for one in forcing]
+    each = [{"amplitude": [1.0, 0.0, 0.0], **force} for force in forcing]
     return {"oscillator": {"forcing": each, **more}}
 
 
@@ -78,7 +78,7 @@ def test_a_base_that_the_forces_cancel_does_not_count() -> None:
     stiff = {"amplitude": [0.0, 0.0, -2.5]}  # cancels the spring of the ground, not its damper
     of = [Oscillator.model_validate(chain({"harmonic": 2}, stiff, base=damped)["oscillator"])]
     of += [Oscillator.model_validate(chain({"harmonic": 2}, stiff, base=damped, damping=0.0)["oscillator"])]
-    assert [one.common_divisor for one in of] == [1, 2]
+    assert [oscillator.common_divisor for oscillator in of] == [1, 2]
 
 
 def test_functions_of_the_core_take_and_return_phases_of_the_declared_frequency() -> None:
@@ -140,7 +140,10 @@ def test_a_note_says_what_a_period_is_and_the_estimate_is_the_same(process: str,
 
 def test_a_map_of_the_core_has_the_motions_of_the_forces_own_frequency() -> None:
     of = [machine(times) for times in (1, 2)]
-    planes = [Plane.of(one, np.array([0.25, 0.28]) / (1 + k), np.linspace(1.2, 1.8, 3)) for k, one in enumerate(of)]
+    planes = [
+        Plane.of(oscillator, np.array([0.25, 0.28]) / (1 + k), np.linspace(1.2, 1.8, 3))
+        for k, oscillator in enumerate(of)
+    ]
     maps = [unfolding_map_tile(plane, max_periods=200) for plane in planes]
     for name, values in maps[0].items():
         np.testing.assert_array_equal(values, maps[1][name], err_msg=name)

@@ -20,12 +20,12 @@ WINDOW = {"omega": {"start": 0.265, "stop": 0.295}, "clearance": {"start": 1.5, 
 
 
 def special(document: dict[str, Any], kind: str, near: float) -> dict[str, Any]:
-    found: dict[str, Any] = min(
+    nearest: dict[str, Any] = min(
         (point for point in document["special_points"] if point["type"] == kind),
         key=lambda point: abs(point["parameter"] - near),
     )
-    assert found["parameter"] == pytest.approx(near, abs=1e-4)
-    return found
+    assert nearest["parameter"] == pytest.approx(near, abs=1e-4)
+    return nearest
 
 
 @pytest.mark.parametrize(
@@ -101,8 +101,8 @@ def test_a_branch_that_leaves_the_range_at_once_has_its_orbit_and_its_ends() -> 
 def test_curves_of_motions_are_pieces_whose_points_are_orbits() -> None:
     motions = [{"period": 1, "stops": [1], "omega": 0.27, "clearance": 1.85}, {"period": 1, "stops": [1, 1, 1]}]
     document = whole("bifurcation-curves", {**WINDOW, "motions": motions})
-    found, lost = document["motions"]
-    assert (found["label"], found["omega"], found["clearance"], found["reason"]) == ("1-1r-(-1)l", 0.27, 1.85, None)
+    motion, lost = document["motions"]
+    assert (motion["label"], motion["omega"], motion["clearance"], motion["reason"]) == ("1-1r-(-1)l", 0.27, 1.85, None)
     assert (lost["label"], lost["omega"]) == (None, None)
     assert "no motion" in lost["reason"]
     curves = document["curves"]

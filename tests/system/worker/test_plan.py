@@ -144,11 +144,11 @@ def test_curves_of_motions_cost_more_the_more_impacts_and_the_less_is_known() ->
     def estimate(*motions: dict[str, object]) -> Estimate:
         return plan("bifurcation-curves", parse_request("bifurcation-curves", {**window, "motions": motions})).estimate
 
-    one = {"period": 1, "stops": [1]}
+    motion = {"period": 1, "stops": [1]}
     place = {"omega": 0.28, "clearance": 1.5}
-    known = {**one, **place, "phases": [1.0], "velocities": [0.1]}
+    known = {**motion, **place, "phases": [1.0], "velocities": [0.1]}
     assert estimate(known).periods == 0
-    assert 0 < estimate({**one, **place}).periods < estimate(one).periods
+    assert 0 < estimate({**motion, **place}).periods < estimate(motion).periods
     assert estimate(known, known).seconds == 2 * estimate(known).seconds
     many = {**known, "stops": [1] * 40, "phases": [0.1 * k for k in range(40)], "velocities": [0.1] * 40}
     assert estimate(many).seconds > 2 * estimate(known).seconds
@@ -215,8 +215,10 @@ def test_the_estimate_rises_with_pixels_periods_and_stiffness() -> None:
         "trajectories", {"omega": 0.29, "clearance": 1.6, "periods": 200, "transient_periods": 800, "initial": [{}] * 7}
     )
     assert plan("trajectories", many).estimate.periods == 7000
-    one = plan("trajectories", trajectory).estimate.seconds
-    assert plan("trajectories", many).estimate.seconds == pytest.approx(7 * one - 6 * setup_seconds(DEFAULT), rel=1e-14)
+    seconds = plan("trajectories", trajectory).estimate.seconds
+    assert plan("trajectories", many).estimate.seconds == pytest.approx(
+        7 * seconds - 6 * setup_seconds(DEFAULT), rel=1e-14
+    )
     assert plan("trajectories", many).tile_count == 1
 
 

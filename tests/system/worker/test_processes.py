@@ -44,8 +44,8 @@ def test_linear_properties_of_a_general_structure_have_every_field() -> None:
     body = {"oscillator": oscillator, "omega": [0.5, 0.7], "times": [0.0, 1.0], "clearance": {"left": 0.4}}
     document = whole("structures", body)
     assert "amplitude" not in document  # there are two harmonics
-    assert [one["harmonic"] for one in document["harmonics"]] == [1, 2]
-    assert all(one["amplitude"].shape == (2,) for one in document["harmonics"])
+    assert [harmonic["harmonic"] for harmonic in document["harmonics"]] == [1, 2]
+    assert all(harmonic["amplitude"].shape == (2,) for harmonic in document["harmonics"])
     assert document["gaps"] == {"right": None, "left": pytest.approx(0.4 + document["contact_equilibrium"])}
     assert document["impulse_response"][0] == 0.0
 
@@ -117,8 +117,8 @@ def test_a_grazing_curve_has_the_sequence_where_it_is_requested() -> None:
 
 
 def test_a_statement_is_proven_with_the_decimals_of_the_request() -> None:
-    said = {"kind": "attraction", "omega": 0.29, "clearance": 1.6, "label": "1-2r-2l"}
-    document = whole("proofs", {"statement": said})
+    statement = {"kind": "attraction", "omega": 0.29, "clearance": 1.6, "label": "1-2r-2l"}
+    document = whole("proofs", {"statement": statement})
     certificate = json.loads(document["certificate"])
     assert (document["verdict"], document["reason"]) == ("proven", None)
     assert check(certificate).accepted
@@ -189,13 +189,13 @@ def test_a_discontinuity_mapping_of_one_stop_returns_after_whole_periods() -> No
     body = {"oscillator": oscillator, "omega": 0.29, "overshoot": [1e-4, 1e-6, 1e-8], "stop": "C", "returns": 3}
     curve = whole("grazing-curves", {"oscillator": oscillator, "omega": [0.29, 0.3], "clearance": {"right": 9.0}})
     for other in (9.0, None):
-        found = whole("discontinuity-mappings", {**body, "clearance": {"right": other}})
-        assert found["clearance"] == pytest.approx(curve["clearance_left"][0], rel=1e-14)
-        assert ("margin" in found) == (other is not None)
-        assert found["fitted_order"] == pytest.approx(1.0, abs=0.01)
-        assert found["fitted_order_of_second"] == pytest.approx(1.5, abs=0.01)
-        assert np.nanmax(found["returns"]["error"]) < 1e-11
-    assert found["first_recurrence"] == curve["first_recurrence_left"][0] // 2
+        mapping = whole("discontinuity-mappings", {**body, "clearance": {"right": other}})
+        assert mapping["clearance"] == pytest.approx(curve["clearance_left"][0], rel=1e-14)
+        assert ("margin" in mapping) == (other is not None)
+        assert mapping["fitted_order"] == pytest.approx(1.0, abs=0.01)
+        assert mapping["fitted_order_of_second"] == pytest.approx(1.5, abs=0.01)
+        assert np.nanmax(mapping["returns"]["error"]) < 1e-11
+    assert mapping["first_recurrence"] == curve["first_recurrence_left"][0] // 2
     # without the other stop's clearance both are moved together, to a clearance at which the bias grazes one
     together = whole("discontinuity-mappings", {**body, "stop": "A"})
     assert together["margin"] > 0.0
@@ -256,17 +256,17 @@ def test_a_periodic_orbit_is_the_same_from_every_kind_of_guess(beginning: dict[s
 
 
 def test_an_orbit_that_does_not_exist_has_a_reason() -> None:
-    for motion, said in (
+    for motion, reason in (
         ({"period": 1, "stops": [1, 1, 1]}, "no motion with these stops"),
         ({"period": 1, "stops": [1, 1], "phases": [0.1, 3.0], "velocities": [5.0, 0.01]}, ""),
     ):
         document = whole("periodic-orbits", {**ORBIT, "motion": motion})
         assert not document["converged"]
-        assert said in document["reason"]
+        assert reason in document["reason"]
         assert document["motion"]["kind"] == "unresolved"
         branch = whole("orbit-branches", {**ORBIT, "motion": motion, "range": {"start": 1.8, "stop": 1.9}})
         assert branch["parameter"].size == 0
-        assert said in branch["reason"]
+        assert reason in branch["reason"]
     document = whole("periodic-orbits", {"omega": 0.29, "clearance": 2.1})
     assert "trajectory" in document["reason"]  # it settles to the motion without impacts
     moving = {"omega": 0.29, "clearance": 1.6, "transient_periods": 0, "max_period": 1}
@@ -286,20 +286,20 @@ def test_a_branch_ends_in_its_saddle_node_and_its_graze() -> None:
     assert document["multipliers"].shape == (rows, 6, 2)
     # a row of a symmetric branch is a whole motion, which leads back to itself
     symmetric = {"omega": 0.29, "clearance": 1.6, "motion": {"period": 1, "stops": [1, 1, -1, -1]}}
-    found = whole("orbit-branches", {**symmetric, "range": {"start": 1.55, "stop": 1.65}})
+    branch = whole("orbit-branches", {**symmetric, "range": {"start": 1.55, "stop": 1.65}})
     row = 1
-    motion = {name: found[name][row].tolist() for name in ("phases", "velocities")}
+    motion = {name: branch[name][row].tolist() for name in ("phases", "velocities")}
     again = whole(
         "periodic-orbits",
         {
             "omega": 0.29,
-            "clearance": float(found["clearance"][row]),
-            "motion": {"period": 1, "stops": found["stops"].tolist(), **motion},
+            "clearance": float(branch["clearance"][row]),
+            "motion": {"period": 1, "stops": branch["stops"].tolist(), **motion},
         },
     )
     assert again["motion"]["label"] == "1-2r-2l"
-    assert again["admissible"] == found["admissible"][row]
-    np.testing.assert_allclose(again["velocities"], found["velocities"][row], rtol=1e-10)
+    assert again["admissible"] == branch["admissible"][row]
+    np.testing.assert_allclose(again["velocities"], branch["velocities"][row], rtol=1e-10)
     along = whole("orbit-branches", {**body, "vary": "omega", "range": {"start": 0.265, "stop": 0.275}})
     turn = next(point for point in along["special_points"] if point["type"] == "SN")
     assert along["parameter"].min() == pytest.approx(turn["omega"], abs=1e-4)
@@ -323,15 +323,15 @@ def test_basins_are_the_same_however_they_are_cut() -> None:
         "vertical": {"quantity": "velocity", "values": {"start": -1.0, "stop": 1.0, "points": 6}},
         "initial": {"displacement": [0.0, 0.1, 0.0], "phase": 0.5},
     }
-    one, many = (tiled("basins", body, *tile) for tile in ((6, 9), (4, 5)))
-    assert encode_npz(one, {}) == encode_npz(many, {})
-    named = [(attractor["label"], attractor["states"]) for attractor in one["attractors"]]
+    single, many = (tiled("basins", body, *tile) for tile in ((6, 9), (4, 5)))
+    assert encode_npz(single, {}) == encode_npz(many, {})
+    named = [(attractor["label"], attractor["states"]) for attractor in single["attractors"]]
     assert {label for label, _ in named} == {"1-(-1)r-(-1)l", "3-1r-1l"}
     assert sum(count for _, count in named) == 54
-    np.testing.assert_array_equal(np.bincount(one["label"].ravel()), [count for _, count in named])
-    assert (one["horizontal"][0], one["vertical"][-1]) == (-1.9, 1.0)
-    assert (one["basin_entropy"]["boxes"], one["basin_entropy"]["fractal"]) == (1, False)
-    assert "uncertainty" not in one  # of a small rectangle
+    np.testing.assert_array_equal(np.bincount(single["label"].ravel()), [count for _, count in named])
+    assert (single["horizontal"][0], single["vertical"][-1]) == (-1.9, 1.0)
+    assert (single["basin_entropy"]["boxes"], single["basin_entropy"]["fractal"]) == (1, False)
+    assert "uncertainty" not in single  # of a small rectangle
     planned = IMPLEMENTATIONS["basins"].plan(parse_request("basins", body))
     assert (planned.rows, planned.columns) == (6, 9)
     assert planned.estimate.seconds > 0.0
@@ -345,10 +345,10 @@ def test_larger_basins_have_an_uncertainty_exponent_unless_their_values_are_unev
         "horizontal": {"quantity": "displacement", "values": values.tolist()},
         "vertical": {"quantity": "velocity", "values": {"start": -1.0, "stop": 1.0, "points": 64}},
     }
-    found = tiled("basins", body)
-    assert found["uncertainty"]["distance"].tolist() == [1, 2, 4]
-    assert 0.0 < found["uncertainty"]["exponent"] < 1.1
-    assert decode_npz(encode_npz(found, {}))[0]["uncertainty"]["share"].shape == (3,)
+    basins = tiled("basins", body)
+    assert basins["uncertainty"]["distance"].tolist() == [1, 2, 4]
+    assert 0.0 < basins["uncertainty"]["exponent"] < 1.1
+    assert decode_npz(encode_npz(basins, {}))[0]["uncertainty"]["share"].shape == (3,)
     values[3] += 0.01
     body["horizontal"]["values"] = values.tolist()
     assert {"basin_entropy", "uncertainty"}.isdisjoint(tiled("basins", body))
@@ -363,12 +363,12 @@ def test_basin_fractions_are_the_same_however_they_are_cut() -> None:
         "displacement": [{"start": -2.2, "stop": 1.9}, {"start": 0, "stop": 0}, {"start": 0, "stop": 0}],
         "phase": 0.5,
     }
-    one, many = (tiled("basin-fractions", body, *tile) for tile in ((4, 30), (3, 7)))
-    assert encode_npz(one, {}) == encode_npz(many, {})
-    assert {attractor["label"] for attractor in one["attractors"]} >= {"1-(-1)r-(-1)l", "3-1r-1l"}
-    assert one["states"].sum(axis=0).tolist() == [30] * 4
-    assert one["displacement"].tolist() == [[-2.2, 1.9], [0.0, 0.0], [0.0, 0.0]]
-    np.testing.assert_allclose(one["velocity"], np.tile([-0.29 * 1.99, 0.29 * 1.99], (3, 1)))
+    single, many = (tiled("basin-fractions", body, *tile) for tile in ((4, 30), (3, 7)))
+    assert encode_npz(single, {}) == encode_npz(many, {})
+    assert {attractor["label"] for attractor in single["attractors"]} >= {"1-(-1)r-(-1)l", "3-1r-1l"}
+    assert single["states"].sum(axis=0).tolist() == [30] * 4
+    assert single["displacement"].tolist() == [[-2.2, 1.9], [0.0, 0.0], [0.0, 0.0]]
+    np.testing.assert_allclose(single["velocity"], np.tile([-0.29 * 1.99, 0.29 * 1.99], (3, 1)))
     planned = IMPLEMENTATIONS["basin-fractions"].plan(parse_request("basin-fractions", body))
     assert (planned.rows, planned.columns) == (4, 30)
 
@@ -381,13 +381,13 @@ def test_a_diagram_has_the_results_of_its_parts_and_explains_its_borders() -> No
         "borders": True,
     }
     request = parse_request("unfolding-diagrams", body)
-    one, many = (tiled("unfolding-diagrams", body, *tile) for tile in ((6, 4), (4, 3)))
-    assert encode_npz(one, {}) == encode_npz(many, {})
+    single, many = (tiled("unfolding-diagrams", body, *tile) for tile in ((6, 4), (4, 3)))
+    assert encode_npz(single, {}) == encode_npz(many, {})
     alone = tiled("unfolding-maps", canonical(request.unfolding_map), 6, 4)
-    assert encode_npz(one["unfolding_map"], {}) == encode_npz(alone, {})
+    assert encode_npz(single["unfolding_map"], {}) == encode_npz(alone, {})
     curves = IMPLEMENTATIONS["bifurcation-curves"].whole(request.bifurcation_curves, lambda done, total: None)
-    assert encode_npz(one["bifurcation_curves"], {}) == encode_npz(curves, {})
-    borders = one["borders"]
+    assert encode_npz(single["bifurcation_curves"], {}) == encode_npz(curves, {})
+    borders = single["borders"]
     assert len(borders["row"]) > 4
     told = set(borders["explanations"][borders["explanation"][borders["regular"]]].tolist())
     assert {"curve"} <= told <= {"curve", "coexistence"}
@@ -447,17 +447,17 @@ def test_a_list_of_states_has_a_record_for_each_as_alone() -> None:
     request = parse_request("trajectories", {**body, "initial": states})
     compute, seen = IMPLEMENTATIONS["trajectories"].whole, []
     assert compute is not None
-    found = decode_npz(encode_npz(compute(request, lambda *step: seen.append(step)), {}))[0]["trajectories"]
+    records = decode_npz(encode_npz(compute(request, lambda *step: seen.append(step)), {}))[0]["trajectories"]
     assert seen == [(0, 3), (1, 3), (2, 3)]
-    for state, one in zip(states, found, strict=True):
+    for state, record in zip(states, records, strict=True):
         alone = whole("trajectories", {**body, "initial": state})
-        assert set(one) == set(alone)
+        assert set(record) == set(alone)
         for name in ("time", "displacement", "velocity"):
-            np.testing.assert_array_equal(one[name], alone[name])
+            np.testing.assert_array_equal(record[name], alone[name])
         for name, values in alone["impacts"].items():
-            np.testing.assert_array_equal(one["impacts"][name], values)
-        assert one["motion"] == alone["motion"]
-        np.testing.assert_array_equal(one["final"]["velocity"], alone["final"]["velocity"])
+            np.testing.assert_array_equal(record["impacts"][name], values)
+        assert record["motion"] == alone["motion"]
+        np.testing.assert_array_equal(record["final"]["velocity"], alone["final"]["velocity"])
 
 
 def test_an_error_of_the_core_has_a_pointer_to_the_state_concerned() -> None:
@@ -498,10 +498,10 @@ def test_a_chaotic_map_has_a_chance_to_settle_that_does_not_depend_on_its_cut(
 ) -> None:
     body = {"omega": {"start": 0.7, "stop": 1.5, "points": 6}, "clearance": {"start": 0.2, "stop": 0.6, "points": 4}}
     body |= {"oscillator": oscillator, "policy": policy, "max_periods": 100}
-    one, many = (tiled("unfolding-maps", body, 4, columns) for columns in (6, 2))
-    assert encode_npz(one, {}) == encode_npz(many, {})
-    chance = one["chance_to_settle"]
-    chaotic = np.count_nonzero(one["kind"] == one["kinds"].tolist().index("chaotic"))
+    single, many = (tiled("unfolding-maps", body, 4, columns) for columns in (6, 2))
+    assert encode_npz(single, {}) == encode_npz(many, {})
+    chance = single["chance_to_settle"]
+    chaotic = np.count_nonzero(single["kind"] == single["kinds"].tolist().index("chaotic"))
     assert (chance["watched"], chance["run_on"], chance["chaotic"]) == (100, 1000, chaotic)
     assert chance["low"] <= chance["chance"] <= chance["high"]
 

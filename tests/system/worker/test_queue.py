@@ -229,9 +229,9 @@ def test_another_argument_of_rq_is_detected(monkeypatch: pytest.MonkeyPatch) -> 
         """As a later RQ might have it."""
 
     monkeypatch.setattr(Worker, "execute_job", execute_job)
-    (found,) = differences(TileWorker, Worker)
-    assert found.startswith("execute_job: RQ has [")
-    assert "planted" in found.partition(", ours")[0]
+    (difference,) = differences(TileWorker, Worker)
+    assert difference.startswith("execute_job: RQ has [")
+    assert "planted" in difference.partition(", ours")[0]
 
 
 def test_a_removed_worker_leaves_nothing(store: Store) -> None:

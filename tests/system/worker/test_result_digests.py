@@ -58,9 +58,9 @@ def result(**changes: object) -> dict[str, record.Field]:
 
 def changed(**changes: object) -> list[str]:
     """The fields of a result that are not as recorded."""
-    found = list(record.changes(record.read(), {"trajectories": {"one": result(**changes)}}))
-    assert {(change.process, change.result) for change in found} <= {("trajectories", "one")}
-    return [change.field for change in found]
+    differing = list(record.changes(record.read(), {"trajectories": {"one": result(**changes)}}))
+    assert {(change.process, change.result) for change in differing} <= {("trajectories", "one")}
+    return [change.field for change in differing]
 
 
 def test_the_width_of_texts_is_no_change(known: Results) -> None:
@@ -76,11 +76,11 @@ def test_the_width_of_texts_is_no_change(known: Results) -> None:
 @OF_THE_LEVEL
 def test_bytes_change_only_with_the_version(quick: Results, recorded: record.Record) -> None:
     """With other libraries than those of the record, which round otherwise: labels and flags alone."""
-    found = list(record.changes(recorded, quick))
+    changes = list(record.changes(recorded, quick))
     if record.libraries() != recorded.libraries:
-        found = of_labels(found, quick)
+        changes = of_labels(changes, quick)
     where = f"recorded with {recorded.libraries}, computed with {record.libraries()}"
-    assert [*map(str, found)] == [], (
+    assert [*map(str, changes)] == [], (
         f"the bytes changed: change the version in pyproject.toml, then make digests; {where}"
     )
 
@@ -104,8 +104,8 @@ def test_this_processor_s_own_instructions_give_the_same_labels_and_flags(quick:
 
 
 def test_maps_have_the_recorded_labels_and_flags_on_every_processor(recorded: record.Record) -> None:
-    found = here("maps")
-    assert [*map(str, of_labels(record.changes(recorded, found), found))] == []
+    results = here("maps")
+    assert [*map(str, of_labels(record.changes(recorded, results), results))] == []
 
 
 def test_the_record_is_of_this_version_and_has_every_result(recorded: record.Record) -> None:
@@ -143,8 +143,8 @@ print(json.dumps({
     answer = subprocess.run(
         [sys.executable, "-c", code], env=os.environ | SETTINGS, capture_output=True, timeout=120, check=True
     )
-    said = json.loads(answer.stdout)
-    assert said == {"numba": ["x86-64-v3", ""], "numpy": ["X86_V3"], "cores": ["Haswell"] * 2, "vector": 4}
+    honoured = json.loads(answer.stdout)
+    assert honoured == {"numba": ["x86-64-v3", ""], "numpy": ["X86_V3"], "cores": ["Haswell"] * 2, "vector": 4}
 
 
 def test_a_result_as_recorded_has_no_changes(known: Results) -> None:
@@ -163,9 +163,9 @@ def test_one_rounding_is_a_change_and_its_size_is_said(known: Results) -> None:
 
 
 def test_swapped_fields_order_and_multiplicity_are_changes(known: Results) -> None:
-    one, other = np.arange(1.0, 101.0), np.arange(101.0, 201.0)
-    assert changed(displacement=other, velocity=one) == ["displacement", "velocity"]
-    assert changed(displacement=one[::-1]) == ["displacement"]
+    values, other = np.arange(1.0, 101.0), np.arange(101.0, 201.0)
+    assert changed(displacement=other, velocity=values) == ["displacement", "velocity"]
+    assert changed(displacement=values[::-1]) == ["displacement"]
     twice, once = {"time": 0.1, "stop": 1}, {"time": 0.5, "stop": -1}
     assert changed(impacts=[once, twice, twice]) == ["impacts.stop", "impacts.time"]
     assert changed(impacts=[twice, once]) == ["impacts.count", "impacts.stop", "impacts.time"]
@@ -181,21 +181,21 @@ def test_types_shapes_and_fields_are_part_of_the_record(known: Results) -> None:
 
 
 def test_a_name_in_the_table_is_no_change(known: Results, monkeypatch: pytest.MonkeyPatch) -> None:
-    found = {name.replace("impacts", "contacts"): field for name, field in result().items()}
-    assert len(list(record.changes(record.read(), {"trajectories": {"one": found}}))) == 8
+    renamed = {name.replace("impacts", "contacts"): field for name, field in result().items()}
+    assert len(list(record.changes(record.read(), {"trajectories": {"one": renamed}}))) == 8
     monkeypatch.setitem(record.RENAMED, "trajectories", {"impacts": "contacts"})
-    assert list(record.changes(record.read(), {"trajectories": {"one": found}})) == []
+    assert list(record.changes(record.read(), {"trajectories": {"one": renamed}})) == []
 
 
 def test_labels_disagree_and_numbers_differ() -> None:
     near = np.arange(1.0, 101.0) * (1.0 + 1e-12)
-    one, other = ({"trajectories": {"one": fields_}} for fields_ in (result(), result(displacement=near)))
-    labels, ((size, change),) = record.disagreements(one, other)
+    results, other = ({"trajectories": {"one": fields_}} for fields_ in (result(), result(displacement=near)))
+    labels, ((size, change),) = record.disagreements(results, other)
     assert labels == []
     assert change.field == "displacement"
     assert size == pytest.approx(1e-12, rel=1e-3)
     for changes in ({"label": "1-1r-2l"}, {"verified": False}, {"displacement": near[:-1]}, {"reason": "why"}):
-        labels, _ = record.disagreements(one, {"trajectories": {"one": result(**changes)}})
+        labels, _ = record.disagreements(results, {"trajectories": {"one": result(**changes)}})
         assert [label.field for label in labels] == [*changes]
 
 
@@ -204,12 +204,12 @@ def test_numbers_of_a_certificate_are_numbers_and_its_words_are_labels() -> None
         text = json.dumps({"statement": {"kind": "orbit", "range": ["0.282", "0.283"]}, "theorem": theorem})
         return {"proofs": {"one": fields(encode_npz({"certificate": text}, {}))}}
 
-    one = certificate(name="newton", box=["[0.25 +/- 1e-30]", "1e-30"])
+    original = certificate(name="newton", box=["[0.25 +/- 1e-30]", "1e-30"])
     other = certificate(name="newton", box=["[0.2500000001 +/- 2e-30]", "1e-30"])
-    labels, numbers = record.disagreements(one, other)
+    labels, numbers = record.disagreements(original, other)
     assert labels == []
     assert [change.field for _, change in numbers] == ["certificate.theorem.box"]
-    labels, _ = record.disagreements(one, certificate(name="krawczyk", box=["[0.25 +/- 1e-30]", "1e-30"]))
+    labels, _ = record.disagreements(original, certificate(name="krawczyk", box=["[0.25 +/- 1e-30]", "1e-30"]))
     assert [change.field for change in labels] == ["certificate.theorem.name"]
 
 
@@ -221,6 +221,6 @@ def test_a_planted_error_is_seen(name: str, tmp_path: Path, recorded: record.Rec
     error = PLANTS[name]
     options = ("--tiers", error.tier, "--only", error.process)
     assert list(record.changes(recorded, at_the_level(tmp_path / "right", *options))) == []
-    found = list(record.changes(recorded, at_the_level(tmp_path / "wrong", *options, "--plant", name)))
-    assert found
-    print(f"{name}: {len(found)} fields, such as {found[0]}")
+    changes = list(record.changes(recorded, at_the_level(tmp_path / "wrong", *options, "--plant", name)))
+    assert changes
+    print(f"{name}: {len(changes)} fields, such as {changes[0]}")

@@ -386,8 +386,8 @@ def test_steps_after_the_tiles_only_increase_and_do_not_reach_the_total(store: S
         assert store.jobs.events(job.id)[-1].data["done"] == tile + 1
     assert store.tiles.claim(job.id, ASSEMBLY, "w", "f", LEASE)
     time.sleep(0.02)
-    for said, seen in ((6, 6), (5, 6), (14, 13)):  # the second: begun again by another worker
-        assert store.jobs.progress(job.id, said, 14)
+    for done, seen in ((6, 6), (5, 6), (14, 13)):  # the second: begun again by another worker
+        assert store.jobs.progress(job.id, done, 14)
         running = job_of(store, job.id)
         assert (running.progress.done, running.progress.total) == (seen, 14)
     assert running.progress.eta_seconds == pytest.approx(0.0, abs=5.0)

@@ -52,13 +52,13 @@ HANGS_SOON = {"liveness.HUNG_SECONDS": HUNG_SECONDS}
 
 def compute_processes(supervisor: psutil.Process) -> list[psutil.Process]:
     """The processes that compute tiles: grandchildren of the supervisor."""
-    found: list[psutil.Process] = []
+    grandchildren: list[psutil.Process] = []
     for worker in supervisor.children():
         try:
-            found += worker.children()
+            grandchildren += worker.children()
         except psutil.NoSuchProcess:
             continue
-    return living(found)
+    return living(grandchildren)
 
 
 @pytest.fixture

@@ -132,7 +132,7 @@ def test_small_tiles_are_computed_in_the_worker_and_committed_together(
     watched: list[str] = []
     tasks.compute_waiting_tiles(tasks.WorkerContext(store, SMALL, NUMERICS, report_small_tile=watched.append))
     assert processes == [os.getpid()] * 20
-    assert watched == [said for job in jobs for said in (job.id, "")]
+    assert watched == [identity for job in jobs for identity in (job.id, "")]
     assert [store.jobs.status(job.id) for job in jobs] == ["successful"] * 20
     calls = store.redis.info("commandstats")["cmdstat_evalsha"]["calls"]
     assert calls < 20  # two commits, three visits for claims, renewals
@@ -307,15 +307,15 @@ def test_a_job_is_stopped_at_its_limit_and_at_four_times_its_estimate(
     worker.setattr(compute_process, "_LOOK_SECONDS", 60.0)
     job, _ = submitting.submit(store, "unfolding-maps", REQUEST, core_version(), plan, 100, max_seconds=limit)
     compute_all(store)
-    found = job_of(store, job.id)
-    assert found.status == ("failed" if stopped else "successful")
+    stored = job_of(store, job.id)
+    assert stored.status == ("failed" if stopped else "successful")
     if stopped:
         assert store.tiles.finished(job.id) == [0]
-        assert found.problem is not None
-        assert found.problem.type == "urn:grazemap:problem:too-much-time"
-        assert "0.02 s" in found.problem.detail
-        assert "0.08 s" in found.problem.detail
-        assert f"{found.cpu_seconds:.3g} s" in found.problem.detail
+        assert stored.problem is not None
+        assert stored.problem.type == "urn:grazemap:problem:too-much-time"
+        assert "0.02 s" in stored.problem.detail
+        assert "0.08 s" in stored.problem.detail
+        assert f"{stored.cpu_seconds:.3g} s" in stored.problem.detail
         # another request goes on from there, with the same time again
         submitting.submit(store, "unfolding-maps", REQUEST, core_version(), plan, 100, max_seconds=1.0)
         compute_all(store)
@@ -360,12 +360,12 @@ def test_steps_are_reported_while_a_process_counts_them(worker: pytest.MonkeyPat
     assert [(data["done"], data["total"]) for data in reported if data["unit"] == "steps"] == [(1, 4), (4, 4)]
 
 
-def counting(*said: tuple[int, int]) -> Process:
+def counting(*steps: tuple[int, int]) -> Process:
     """A map whose assembly says how far it is, and ends with an error if it is not stopped."""
     plain = planted("fast")
 
     def assembled(request: UnfoldingMapsRequest, plan: Plan, tiles: list[Document], report: Report) -> Document:
-        for done, total in said:
+        for done, total in steps:
             report(done, total)
         assert plain.assembled is not None
         return plain.assembled(request, plan, tiles, report)
@@ -374,12 +374,12 @@ def counting(*said: tuple[int, int]) -> Process:
 
 
 def test_an_assembly_completes_the_steps_after_the_tiles(worker: pytest.MonkeyPatch, store: Store) -> None:
-    said = [(k, 1000) for k in range(1000)]
-    worker.setattr(tasks, "IMPLEMENTATIONS", {"unfolding-maps": counting(*said)})
+    steps = [(k, 1000) for k in range(1000)]
+    worker.setattr(tasks, "IMPLEMENTATIONS", {"unfolding-maps": counting(*steps)})
     job = submit(store, TWO.model_copy(update={"after": 10}))
     compute_all(store)
     told = [event.data["done"] for event in store.jobs.events(job.id) if event.name == "progress"]
-    assert [one for one in told if one > 2] == list(range(3, 13))
+    assert [done for done in told if done > 2] == list(range(3, 13))
     assert told == sorted(told)
     # whose plan has none is told of tiles alone
     store.redis.flushall()

@@ -41,7 +41,7 @@ def workers(store: Store) -> None:
 
 def claim(store: Store, worker: WorkerInfo) -> list[str]:
     """The jobs of the tiles that a worker claims in one visit."""
-    return [one.job_id for one in store.tiles.claim_next(worker, LEASE)[0]]
+    return [tile.job_id for tile in store.tiles.claim_next(worker, LEASE)[0]]
 
 
 def finish(store: Store, *identities: str) -> None:

@@ -38,11 +38,11 @@ def test_a_job_of_a_version_without_workers_fails_after_a_minute(store: Store) -
     register(store, "new", "y", LEASE, "2")
     job = submit_curve(store)
     assert store.jobs.bind("y", "2", [job.id]) == []
-    assert [found.status for found in store.jobs.page()[0]] == ["accepted"]
+    assert [entry.status for entry in store.jobs.page()[0]] == ["accepted"]
     a_minute_passes(store, job)
     register(store, "old", "x", LEASE, "1")
     assert store.jobs.bind("y", "2", [job.id]) == []
-    assert [found.status for found in store.jobs.page()[0]] == ["accepted"]  # its version lives again
+    assert [entry.status for entry in store.jobs.page()[0]] == ["accepted"]  # its version lives again
     store.workers.remove("old")
     a_minute_passes(store, job)
     store.jobs.bind("y", "2", [job.id])
@@ -56,7 +56,7 @@ def test_renewing_keeps_a_version_remembered(store: Store) -> None:
     a_minute_passes(store, job)
     register(store, "old", "x", LEASE, "1")
     store.jobs.bind("y", "2", [job.id])
-    assert [found.status for found in store.jobs.page()[0]] == ["accepted"]
+    assert [entry.status for entry in store.jobs.page()[0]] == ["accepted"]
 
 
 def test_equal_numerics_do_not_make_another_version_a_jobs_own(store: Store) -> None:
@@ -66,7 +66,7 @@ def test_equal_numerics_do_not_make_another_version_a_jobs_own(store: Store) -> 
     a_minute_passes(store, job)
     register(store, "new", "f", LEASE, "2")
     store.jobs.bind("f", "2", [job.id])
-    assert [found.status for found in store.jobs.page()[0]] == ["failed"]
+    assert [entry.status for entry in store.jobs.page()[0]] == ["failed"]
 
 
 def test_a_worker_whose_lease_expired_is_registered_again(store: Store) -> None:

@@ -37,10 +37,10 @@ def test_the_age_counts_commits_and_days(tmp_path: Path) -> None:
     commit = all_checks._git("rev-parse", "HEAD~2") or "0000000"
     outcome = all_checks.Outcome("lint", False, 0.5, commit, datetime(2026, 3, 1, 23, tzinfo=UTC))
     page.write_text(all_checks.written([outcome]))
-    said = all_checks.age(page, datetime(2026, 3, 4, 1, tzinfo=UTC))
-    assert "3 days old; 1 targets, 1 failed" in said
+    age = all_checks.age(page, datetime(2026, 3, 4, 1, tzinfo=UTC))
+    assert "3 days old; 1 targets, 1 failed" in age
     distance = all_checks._git("rev-list", "--count", f"{commit}..HEAD")
-    assert (f"{distance} commits" if distance else "an unknown number") in said
+    assert (f"{distance} commits" if distance else "an unknown number") in age
 
 
 def test_every_target_is_in_the_makefile() -> None:

@@ -38,7 +38,7 @@ def test_both_clients_have_the_same_methods_parameters_and_documentation(blockin
         methods = {name: method for name, method in inspect.getmembers(kind, inspect.isfunction) if name[0] != "_"}
         return {
             name: (
-                [str(one) for one in inspect.signature(method).parameters.values()],
+                [str(parameter) for parameter in inspect.signature(method).parameters.values()],
                 (inspect.getdoc(method) or "").replace("await client.", "client."),
             )
             for name, method in methods.items()

@@ -40,10 +40,10 @@ def test_the_image_has_the_version_of_the_product() -> None:
 
 
 def test_redis_is_the_version_that_is_embedded_by_its_digest() -> None:
-    said = subprocess.run([find_redis_server(), "--version"], capture_output=True, text=True, check=True).stdout
+    version = subprocess.run([find_redis_server(), "--version"], capture_output=True, text=True, check=True).stdout
     image = re.fullmatch(r"valkey/valkey:([\d.]+)@sha256:[0-9a-f]{64}", SERVICES["redis"]["image"])
     assert image
-    assert f"v={image[1]} " in said
+    assert f"v={image[1]} " in version
 
 
 def test_redis_takes_any_password_and_does_not_show_it(tmp_path: Path) -> None:

@@ -24,19 +24,21 @@ def texts(node: ast.expr) -> Iterator[str]:
 
 def reasons() -> set[str]:
     """The reasons of all calls of `invalid`, given there or as the variable `detail` of the function."""
-    found: set[str] = set()
+    details: set[str] = set()
     for path in WIRE.glob("*.py"):
         for function in ast.walk(ast.parse(path.read_text("utf-8"))):
             if not isinstance(function, ast.FunctionDef):
                 continue
             nodes = list(ast.walk(function))
             calls = [node for node in nodes if isinstance(node, ast.Call) and ast.unparse(node.func) == "invalid"]
-            given = [call.args[0] for call in calls]
-            if any(isinstance(one, ast.Name) for one in given):
+            arguments = [call.args[0] for call in calls]
+            if any(isinstance(argument, ast.Name) for argument in arguments):
                 assigned = [node for node in nodes if isinstance(node, ast.Assign)]
-                given += [node.value for node in assigned if ast.unparse(node.targets[0]) == "detail"]
-            found.update(text for one in given if not isinstance(one, ast.Name) for text in texts(one))
-    return found
+                arguments += [node.value for node in assigned if ast.unparse(node.targets[0]) == "detail"]
+            details.update(
+                text for argument in arguments if not isinstance(argument, ast.Name) for text in texts(argument)
+            )
+    return details
 
 
 def relations() -> tuple[str, ...]:
@@ -48,8 +50,8 @@ def relations() -> tuple[str, ...]:
 
 
 def test_every_reason_is_known_to_the_check_and_every_pattern_has_a_reason() -> None:
-    patterns, said = relations(), reasons()
-    assert len(said) > 80
-    assert [text for text in sorted(said) if not re.fullmatch("|".join(patterns), text)] == []
-    unused = [one for one in patterns if not any(re.fullmatch(one, text) for text in said)]
+    patterns, details = relations(), reasons()
+    assert len(details) > 80
+    assert [text for text in sorted(details) if not re.fullmatch("|".join(patterns), text)] == []
+    unused = [pattern for pattern in patterns if not any(re.fullmatch(pattern, text) for text in details)]
     assert unused == ["Input should be a valid integer"]  # that of the library

@@ -52,12 +52,14 @@ def test_the_guides_have_every_process_and_every_signature() -> None:
     guide = (DOCS / "sdk.md").read_text("utf-8")
     for name, function in {"Client": Client, "local": local, **methods}.items():
         expected = {
-            one.name: one.default if one.default is not one.empty else ...
-            for one in inspect.signature(function).parameters.values()
-            if one.name != "self"
+            parameter.name: parameter.default if parameter.default is not parameter.empty else ...
+            for parameter in inspect.signature(function).parameters.values()
+            if parameter.name != "self"
         }
         called = f"client.{name}" if name in methods else name
-        shown = [_parameters(found) for found in re.findall(rf"^{called}(\(.*?\))$", guide, re.DOTALL | re.MULTILINE)]
+        shown = [
+            _parameters(signature) for signature in re.findall(rf"^{called}(\(.*?\))$", guide, re.DOTALL | re.MULTILINE)
+        ]
         assert expected in shown, name
     posted = re.findall(r"^\| `/v1/([\w-]+)` \|", (DOCS / "api.md").read_text("utf-8"), re.MULTILINE)
     assert posted == [*PROCESSES]
@@ -71,7 +73,10 @@ def _parameters(text: str) -> dict[str, object] | None:
         return None
     assert isinstance(function, ast.FunctionDef)
     arguments = function.args
-    names = [one.arg for one in (*arguments.args, *arguments.kwonlyargs)]
+    names = [argument.arg for argument in (*arguments.args, *arguments.kwonlyargs)]
     first = [None] * (len(arguments.args) - len(arguments.defaults))
     defaults = [*first, *arguments.defaults, *arguments.kw_defaults]
-    return {name: ... if one is None else ast.literal_eval(one) for name, one in zip(names, defaults, strict=True)}
+    return {
+        name: ... if default is None else ast.literal_eval(default)
+        for name, default in zip(names, defaults, strict=True)
+    }

@@ -39,13 +39,13 @@ def faults(source: str) -> Iterator[str]:
 
 
 def test_every_field_of_a_record_is_described_once():
-    found = {
+    faults_by_path = {
         path.relative_to(ROOT).as_posix(): wrong
         for folder in ("core", "worker", "service", "sdk")
         for path in sorted((ROOT / folder).rglob("*.py"))
         if not LEFT_OUT.search(path.as_posix()) and (wrong := list(faults(path.read_text("utf-8"))))
     }
-    assert found == {}
+    assert faults_by_path == {}
 
 
 def test_planted_faults_are_found():

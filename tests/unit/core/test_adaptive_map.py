@@ -38,15 +38,15 @@ def adaptive() -> Arrays:
 def beside_another(arrays: Arrays) -> NDArray[np.bool_]:
     """Points that have another label than one of the eight around them."""
     label = np.stack([arrays[name].astype(np.int64) for name in MOTIONS])
-    found = np.zeros(label.shape[1:], dtype=np.bool_)
+    beside = np.zeros(label.shape[1:], dtype=np.bool_)
     for i, j in ((0, 1), (1, 0), (1, 1), (1, -1)):
         there = np.roll(label, (-i, -j), axis=(1, 2))
         differ = np.any(label != there, axis=0)
         differ[label.shape[1] - i :] = False
         if j:
             differ[:, -1 if j > 0 else 0] = False
-        found |= differ | np.roll(differ, (i, j), axis=(0, 1))
-    return found
+        beside |= differ | np.roll(differ, (i, j), axis=(0, 1))
+    return beside
 
 
 def test_computed_points_have_the_bytes_of_the_full_map(full: Arrays, adaptive: Arrays) -> None:
@@ -100,16 +100,16 @@ def test_tiles_are_joined_without_contradictions_along_their_seams(full: Arrays)
 
 def test_a_map_without_contradictions_at_its_seams_changes_at_the_sample_only(full: Arrays, adaptive: Arrays) -> None:
     whole = {name: array.copy() for name, array in adaptive.items()}
-    rows, columns, _, found = complete_map(Plane.of(DEFAULT, OMEGA, CLEARANCE), whole, [30], [7, 21], max_periods=100)
+    rows, columns, _, check = complete_map(Plane.of(DEFAULT, OMEGA, CLEARANCE), whole, [30], [7, 21], max_periods=100)
     named = ~adaptive["computed"] & (adaptive["kind"] != UNRESOLVED)
-    assert found is not None
+    assert check is not None
     wrong = named & (full["sensitive"] | np.any([adaptive[name] != full[name] for name in MOTIONS], axis=0))
-    assert found.inferred == named.sum()
-    assert found.sampled == np.ceil(INFERRED_SAMPLE * adaptive["computed"].sum())
-    assert found.sampled <= len(rows) <= found.sampled + 8 * wrong.sum()
+    assert check.inferred == named.sum()
+    assert check.sampled == np.ceil(INFERRED_SAMPLE * adaptive["computed"].sum())
+    assert check.sampled <= len(rows) <= check.sampled + 8 * wrong.sum()
     assert named[rows, columns].all()
-    assert found.wrong <= wrong[rows, columns].sum()
-    assert found.low <= wrong.sum() / named.sum() <= found.high
+    assert check.wrong <= wrong[rows, columns].sum()
+    assert check.low <= wrong.sum() / named.sum() <= check.high
     expected = {name: array.copy() for name, array in adaptive.items()}
     for name in expected.keys() & full.keys():
         expected[name][rows, columns] = full[name][rows, columns]
@@ -125,11 +125,11 @@ def test_wrong_points_of_the_sample_are_counted_and_the_map_is_closed_around_the
     # in the lower half all inferred points have another motion
     inside = ~whole["computed"] & (whole["kind"] == PERIODIC) & (CLEARANCE < 1.915)[:, None]
     whole["period"][inside] = 7
-    row, column, figures, found = complete_map(Plane.of(DEFAULT, OMEGA, CLEARANCE), whole, [], [], max_periods=100)
-    assert found is not None
-    assert found.sampled == adaptive["computed"].sum() < found.inferred
-    assert 0.0 < found.low < found.wrong / found.sampled < found.high
-    assert abs(found.wrong / found.sampled - inside.sum() / found.inferred) < 0.1
+    row, column, figures, check = complete_map(Plane.of(DEFAULT, OMEGA, CLEARANCE), whole, [], [], max_periods=100)
+    assert check is not None
+    assert check.sampled == adaptive["computed"].sum() < check.inferred
+    assert 0.0 < check.low < check.wrong / check.sampled < check.high
+    assert abs(check.wrong / check.sampled - inside.sum() / check.inferred) < 0.1
     assert (whole["period"] != 7)[inside].all()
     assert figures["period"].tobytes() == full["period"][row, column].tobytes()
 
@@ -148,8 +148,8 @@ def test_an_ensemble_is_inferred_up_to_mirror_images() -> None:
     few, many = (np.sort([full[name] for name in ("impacts_right", "impacts_left")], axis=0)[k] for k in (0, 1))
     mirrored = full["impacts_right"] != adaptive["impacts_right"]
     inferred = ~computed & (adaptive["kind"] == PERIODIC) & (full["kind"] == PERIODIC)
-    for found, expected in ((np.minimum, few), (np.maximum, many)):
-        pair = found(adaptive["impacts_right"], adaptive["impacts_left"])
+    for choose, expected in ((np.minimum, few), (np.maximum, many)):
+        pair = choose(adaptive["impacts_right"], adaptive["impacts_left"])
         assert (pair == expected)[inferred].mean() > 0.95
     assert (mirrored & inferred).any()
 

@@ -35,13 +35,13 @@ def cantor() -> np.ndarray:
 def test_the_entropy_of_a_straight_boundary_is_that_of_its_boxes() -> None:
     label = np.zeros((20, 30), dtype=np.int16)
     label[:, 12:] = 1  # two columns of the third column of boxes are on the left
-    found = basin_entropy(label)
-    assert found is not None
+    estimate = basin_entropy(label)
+    assert estimate is not None
     of_box = -(0.4 * math.log(0.4) + 0.6 * math.log(0.6))
-    assert (found.box, found.boxes, found.boundary_boxes) == (5, 24, 4)
-    assert found.boundary_entropy == pytest.approx(of_box, rel=1e-14)
-    assert found.entropy == pytest.approx(of_box / 6, rel=1e-14)
-    assert (found.standard_error, found.fractal) == (0.0, False)
+    assert (estimate.box, estimate.boxes, estimate.boundary_boxes) == (5, 24, 4)
+    assert estimate.boundary_entropy == pytest.approx(of_box, rel=1e-14)
+    assert estimate.entropy == pytest.approx(of_box / 6, rel=1e-14)
+    assert (estimate.standard_error, estimate.fractal) == (0.0, False)
 
 
 def test_the_entropy_is_that_of_its_definition_and_unresolved_states_do_not_count() -> None:
@@ -51,15 +51,15 @@ def test_the_entropy_is_that_of_its_definition_and_unresolved_states_do_not_coun
     every = []
     for row, column in itertools.product(range(0, 15, 5), range(0, 20, 5)):
         known = [label[row + i, column + j] for i in range(5) for j in range(5) if label[row + i, column + j] >= 0]
-        shares = [known.count(one) / len(known) for one in set(known)]
+        shares = [known.count(attractor) / len(known) for attractor in set(known)]
         every.append(math.fsum(-p * math.log(p) for p in shares))
-    found = basin_entropy(label)
-    assert found is not None
+    estimate = basin_entropy(label)
+    assert estimate is not None
     mixed = [entropy for entropy in every if entropy > 0.0]
-    assert (found.boxes, found.boundary_boxes) == (11, len(mixed))
-    assert found.entropy == pytest.approx(sum(every) / 11, rel=1e-13)
-    assert found.boundary_entropy == pytest.approx(sum(mixed) / len(mixed), rel=1e-13)
-    assert found.standard_error == pytest.approx(np.std(mixed, ddof=1) / math.sqrt(len(mixed)), rel=1e-12)
+    assert (estimate.boxes, estimate.boundary_boxes) == (11, len(mixed))
+    assert estimate.entropy == pytest.approx(sum(every) / 11, rel=1e-13)
+    assert estimate.boundary_entropy == pytest.approx(sum(mixed) / len(mixed), rel=1e-13)
+    assert estimate.standard_error == pytest.approx(np.std(mixed, ddof=1) / math.sqrt(len(mixed)), rel=1e-12)
 
 
 def test_three_mixed_motions_are_above_log_2_and_two_never() -> None:
@@ -90,13 +90,13 @@ def test_one_motion_has_no_boundary_and_small_or_unresolved_rectangles_no_entrop
 def test_a_straight_boundary_has_the_exponent_1() -> None:
     label = np.zeros((64, 200), dtype=np.int16)
     label[:, 77:] = 1
-    found = uncertainty(label)
-    assert found is not None
-    assert found.distance.tolist() == [1, 2, 4]
-    np.testing.assert_allclose(found.share, 2 * found.distance / 200, rtol=1e-15)
-    assert found.exponent == pytest.approx(1.0, abs=1e-14)
-    assert found.boundary_dimension == pytest.approx(1.0, abs=1e-14)
-    assert found.standard_error < 1e-14
+    estimate = uncertainty(label)
+    assert estimate is not None
+    assert estimate.distance.tolist() == [1, 2, 4]
+    np.testing.assert_allclose(estimate.share, 2 * estimate.distance / 200, rtol=1e-15)
+    assert estimate.exponent == pytest.approx(1.0, abs=1e-14)
+    assert estimate.boundary_dimension == pytest.approx(1.0, abs=1e-14)
+    assert estimate.standard_error < 1e-14
     y, x = np.mgrid[-100:100, -100:100]
     circle = uncertainty((x**2 + y**2 < 70**2).astype(np.int16))
     assert circle is not None
@@ -110,35 +110,37 @@ def test_smooth_boundaries_have_an_exponent_of_nearly_1(side: int, least: float)
     for _ in range(10):
         waves = itertools.product(range(3), range(-2, 3))
         level = sum(numbers.normal() * np.cos(a * x + b * y + numbers.uniform(0.0, 7.0)) for a, b in waves)
-        found = uncertainty((level > 0.0).astype(np.int16))
-        assert found is not None
-        assert least < found.exponent < 1.0
+        estimate = uncertainty((level > 0.0).astype(np.int16))
+        assert estimate is not None
+        assert least < estimate.exponent < 1.0
 
 
 def test_a_cantor_set_has_the_shares_of_its_gaps_and_its_dimension() -> None:
-    found = uncertainty(np.tile(cantor(), (SIDE, 1)))
-    assert found is not None
+    estimate = uncertainty(np.tile(cantor(), (SIDE, 1)))
+    assert estimate is not None
     # of a gap of width g the states within k of its ends, and all that is not in a gap
     shares = [
         (2**LEVELS + sum(2 ** (LEVELS - 1 - j) * min(3**j, 2 * k) for j in range(LEVELS))) / SIDE
-        for k in found.distance.tolist()
+        for k in estimate.distance.tolist()
     ]
-    np.testing.assert_allclose(found.share, shares, rtol=1e-14)
+    np.testing.assert_allclose(estimate.share, shares, rtol=1e-14)
     exact = 1.0 - math.log(2.0) / math.log(3.0)
-    assert found.exponent == pytest.approx(exact, abs=0.04)
-    assert found.boundary_dimension == pytest.approx(2.0 - exact, abs=0.04)
-    assert found.exponent == pytest.approx(np.polyfit(np.log(found.distance), np.log(found.share), 1)[0], rel=1e-12)
-    covariance = np.polyfit(np.log(found.distance), np.log(found.share), 1, cov=True)[1]
-    assert found.standard_error == pytest.approx(math.sqrt(covariance[0, 0]), rel=1e-10)
+    assert estimate.exponent == pytest.approx(exact, abs=0.04)
+    assert estimate.boundary_dimension == pytest.approx(2.0 - exact, abs=0.04)
+    assert estimate.exponent == pytest.approx(
+        np.polyfit(np.log(estimate.distance), np.log(estimate.share), 1)[0], rel=1e-12
+    )
+    covariance = np.polyfit(np.log(estimate.distance), np.log(estimate.share), 1, cov=True)[1]
+    assert estimate.standard_error == pytest.approx(math.sqrt(covariance[0, 0]), rel=1e-10)
 
 
 def test_unresolved_states_are_no_neighbours_and_are_not_counted() -> None:
     label = np.zeros((64, 70), dtype=np.int16)
     label[:, 20:] = 1
     label[:, 10] = -1
-    found = uncertainty(label)
-    assert found is not None
-    np.testing.assert_allclose(found.share, 2 * found.distance / 69, rtol=1e-15)
+    estimate = uncertainty(label)
+    assert estimate is not None
+    np.testing.assert_allclose(estimate.share, 2 * estimate.distance / 69, rtol=1e-15)
 
 
 def test_without_a_boundary_or_in_a_small_rectangle_there_is_no_exponent() -> None:

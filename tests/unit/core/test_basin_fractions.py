@@ -51,7 +51,7 @@ def found_along(oscillator, vary, values, fixed, displacement=None, velocity=Non
     ],
 )
 def test_shares_are_those_of_trajectories_that_are_simulated_one_by_one(oscillator, vary, values, fixed, ranges):
-    points, states, found = found_along(oscillator, vary, values, fixed, *ranges, phase=0.4)
+    points, states, fractions = found_along(oscillator, vary, values, fixed, *ranges, phase=0.4)
     for k, point in enumerate(points):
         counted: Counter[object] = Counter()
         for displacement, velocity in states:
@@ -59,30 +59,40 @@ def test_shares_are_those_of_trajectories_that_are_simulated_one_by_one(oscillat
             motion = run.motion
             counted[motion.kind, motion.period, motion.impacts_right, motion.impacts_left, motion.symmetric] += 1
         ours: Counter[object] = Counter()
-        for one, number in zip(found.attractors, found.states[:, k].tolist(), strict=True):
+        for limit_motion, number in zip(fractions.attractors, fractions.states[:, k].tolist(), strict=True):
             if number:
-                ours[one.kind, one.period, one.impacts_right, one.impacts_left, one.symmetric] += number
+                ours[
+                    limit_motion.kind,
+                    limit_motion.period,
+                    limit_motion.impacts_right,
+                    limit_motion.impacts_left,
+                    limit_motion.symmetric,
+                ] += number
         assert ours == counted
         assert sum(ours.values()) == STATES
-    np.testing.assert_array_equal(found.share, found.states / STATES)
-    share = found.share[found.states > 0]
+    np.testing.assert_array_equal(fractions.share, fractions.states / STATES)
+    share = fractions.share[fractions.states > 0]
     assert np.any(share < 1.0)
-    np.testing.assert_allclose(found.share_error[found.states > 0], np.sqrt(share * (1 - share) / STATES))
-    assert not np.any(found.unresolved)
+    np.testing.assert_allclose(fractions.share_error[fractions.states > 0], np.sqrt(share * (1 - share) / STATES))
+    assert not np.any(fractions.unresolved)
 
 
 @KERNELS_FIRST
 def test_attractors_of_one_name_keep_their_numbers_however_fine_the_steps():
     ends = []
     for points in (2, 11):
-        _, _, found = found_along(between_two_masses(), "omega", np.linspace(1.6, 1.65, points), (0.8, 0.6))
-        twins = [k for k, one in enumerate(found.attractors) if (one.period, one.impacts_right) == (2, 1)]
+        _, _, fractions = found_along(between_two_masses(), "omega", np.linspace(1.6, 1.65, points), (0.8, 0.6))
+        twins = [
+            k
+            for k, limit_motion in enumerate(fractions.attractors)
+            if (limit_motion.period, limit_motion.impacts_right) == (2, 1)
+        ]
         assert len(twins) == 2
-        assert np.all(found.states[twins] > 0)
-        assert np.max(np.abs(np.diff(found.mean_position[twins], axis=1))) < 0.5 / points
-        assert np.all(found.multiplier[twins] < 1.0)
-        assert np.all(found.verified[twins])
-        ends.append(found.mean_position[twins][:, [0, -1]])
+        assert np.all(fractions.states[twins] > 0)
+        assert np.max(np.abs(np.diff(fractions.mean_position[twins], axis=1))) < 0.5 / points
+        assert np.all(fractions.multiplier[twins] < 1.0)
+        assert np.all(fractions.verified[twins])
+        ends.append(fractions.mean_position[twins][:, [0, -1]])
     np.testing.assert_allclose(ends[0], ends[1], atol=1e-7)
 
 
@@ -148,8 +158,8 @@ def test_ranges_that_are_left_out_are_those_of_the_smallest_clearance():
     ranges = ranges_of(points_along(line(relative, "omega", [2.0, 3.0], (1.0, 0.6))), None, None)
     np.testing.assert_allclose(ranges.displacement, equilibrium[:, None] + np.array([-0.8, 0.8]))
     np.testing.assert_allclose(ranges.velocity, [(-1.6, 1.6)] * 2)
-    one = ranges_of(points_along(line(relative, "omega", [2.0], (0.7, None))), None, None)
-    np.testing.assert_allclose(one.displacement[:, 1] - equilibrium, 0.7 - (equilibrium[0] - equilibrium[1]))
+    one_stop = ranges_of(points_along(line(relative, "omega", [2.0], (0.7, None))), None, None)
+    np.testing.assert_allclose(one_stop.displacement[:, 1] - equilibrium, 0.7 - (equilibrium[0] - equilibrium[1]))
 
 
 @pytest.mark.parametrize(

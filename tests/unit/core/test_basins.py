@@ -24,18 +24,21 @@ def tile():
 
 
 def test_the_two_motions_that_coexist_are_found_with_their_shares(tile):
-    label, found = attractors(tile)
-    named = [(one.kind, one.period, one.impacts_right, one.impacts_left, one.symmetric) for one in found]
+    label, motions = attractors(tile)
+    named = [
+        (attractor.kind, attractor.period, attractor.impacts_right, attractor.impacts_left, attractor.symmetric)
+        for attractor in motions
+    ]
     assert named == [("periodic", 1, -1, -1, True), ("periodic", 3, 1, 1, True)]
-    assert sum(one.share for one in found) == pytest.approx(1.0)
-    assert [one.states for one in found] == np.bincount(label.ravel()).tolist()
+    assert sum(attractor.share for attractor in motions) == pytest.approx(1.0)
+    assert [attractor.states for attractor in motions] == np.bincount(label.ravel()).tolist()
     # about a third of this rectangle leads to impacts
-    assert 0.3 < found[1].share < 0.42
-    assert all(one.multiplier < 1.0 and one.lyapunov < 0.0 for one in found)
+    assert 0.3 < motions[1].share < 0.42
+    assert all(attractor.multiplier < 1.0 and attractor.lyapunov < 0.0 for attractor in motions)
 
 
 def test_the_label_of_a_state_is_that_of_its_trajectory(tile):
-    label, found = attractors(tile)
+    label, motions = attractors(tile)
     random = np.random.default_rng(3)
     for row, column in zip(random.integers(0, 17, 12), random.integers(0, 24, 12), strict=True):
         x, v = ACROSS.values[column], UP.values[row]
@@ -48,7 +51,7 @@ def test_the_label_of_a_state_is_that_of_its_trajectory(tile):
             transient_periods=300,
             periods=60,
         )
-        attractor = found[label[row, column]]
+        attractor = motions[label[row, column]]
         assert (run.motion.period, run.motion.impacts_right) == (attractor.period, attractor.impacts_right)
 
 
@@ -77,7 +80,7 @@ def test_mirror_images_are_two_attractors():
     up = Coordinate("velocity", 1, np.linspace(-1.0, 1.0, 16))
     here = basin_tile(DEFAULT, 0.27, 1.85, across, up)
     later = basin_tile(DEFAULT, 0.27, 1.85, across, up, phase=np.pi)
-    named = {(one.impacts_right, one.impacts_left) for one in attractors(here)[1]}
+    named = {(attractor.impacts_right, attractor.impacts_left) for attractor in attractors(here)[1]}
     assert {(1, -1), (-1, 1)} <= named
     np.testing.assert_array_equal(here["impacts_right"], later["impacts_left"][::-1, ::-1])
 
@@ -102,21 +105,25 @@ def arrays_of(kind, period, right, left, mean):
 
 def test_motions_with_one_name_are_distinguished_by_their_positions():
     mean = [0.1, -0.1, 0.1 + 1e-8, np.nan, np.nan, 0.1 - 1e-8, np.nan]
-    label, found = attractors(
+    label, motions = attractors(
         arrays_of([1, 1, 1, 3, 0, 1, 3], [2, 2, 2, 0, 0, 2, 0], [1, 1, 1, 0, 0, 1, 0], [1, 1, 1, 0, 0, 1, 0], mean)
     )
     assert label.tolist() == [0, 2, 0, 1, -1, 0, 1]
-    assert [(one.kind, one.states) for one in found] == [("periodic", 3), ("chaotic", 2), ("periodic", 1)]
-    assert [one.verified for one in found] == [False, False, True]  # from one of three states it is not
-    assert found[0].mean_position == 0.1
-    assert found[1].period is None
-    assert found[1].mean_position is None
-    assert found[1].lyapunov == pytest.approx(np.linspace(-0.3, -0.1, 7)[[3, 6]].mean())
+    assert [(attractor.kind, attractor.states) for attractor in motions] == [
+        ("periodic", 3),
+        ("chaotic", 2),
+        ("periodic", 1),
+    ]
+    assert [attractor.verified for attractor in motions] == [False, False, True]  # from one of three states it is not
+    assert motions[0].mean_position == 0.1
+    assert motions[1].period is None
+    assert motions[1].mean_position is None
+    assert motions[1].lyapunov == pytest.approx(np.linspace(-0.3, -0.1, 7)[[3, 6]].mean())
 
 
 def clusters_by_definition(means):
     """Grown point by point: what is connected by distances up to the tolerance."""
-    left, found = set(range(len(means))), []
+    left, clusters = set(range(len(means))), []
     while left:
         due, cluster = [left.pop()], []
         while due:
@@ -125,8 +132,8 @@ def clusters_by_definition(means):
             near = [k for k in left if math.dist(means[here], means[k]) <= SEPARATION * LIMIT_DISTANCE]
             left -= set(near)
             due += near
-        found.append(sorted(cluster))
-    return sorted(found)
+        clusters.append(sorted(cluster))
+    return sorted(clusters)
 
 
 def test_means_are_of_one_attractor_where_they_are_connected_by_short_distances():
@@ -137,19 +144,19 @@ def test_means_are_of_one_attractor_where_they_are_connected_by_short_distances(
     stairs = np.stack([10.0 + np.arange(6) * 1.01, np.arange(6) * 0.01], axis=1)
     for points, number in ((np.concatenate([corner, inside]), 2), (stairs, 6)):
         means = tolerance * points
-        found = sorted(sorted(members.tolist()) for members in _clusters(means))
-        assert found == clusters_by_definition(means)
-        assert len(found) == number
+        clusters = sorted(sorted(members.tolist()) for members in _clusters(means))
+        assert clusters == clusters_by_definition(means)
+        assert len(clusters) == number
     rng = np.random.default_rng(0)
     for _ in range(50):
         means = tolerance * rng.uniform(-4.0, 4.0, (40, 2))
-        assert sorted(sorted(one.tolist()) for one in _clusters(means)) == clusters_by_definition(means)
+        assert sorted(sorted(members.tolist()) for members in _clusters(means)) == clusters_by_definition(means)
 
 
 def test_unresolved_states_belong_to_no_attractor():
-    label, found = attractors(arrays_of([0, 0], [0, 0], [0, 0], [0, 0], [np.nan, np.nan]))
+    label, motions = attractors(arrays_of([0, 0], [0, 0], [0, 0], [0, 0], [np.nan, np.nan]))
     assert label.tolist() == [-1, -1]
-    assert found == []
+    assert motions == []
 
 
 @pytest.mark.parametrize(

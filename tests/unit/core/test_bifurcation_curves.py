@@ -122,7 +122,7 @@ def test_the_gradient_of_a_condition_is_that_of_the_smallest_singular_value(stop
     """Beside a special point, where neither the condition nor the orbit's equations vanish."""
     orbit = in_window(DEFAULT, (0.27, 0.29), (1.5, 1.9), 1, list(stops))
     branch = orbit_branch(DEFAULT, orbit, 1.3, 1.95, "clearance")
-    point = next(one for one in branch.special_points if one.type == kind and one.status == "converged")
+    point = next(special for special in branch.special_points if special.type == kind and special.status == "converged")
     impacts = point.impacts
     path = BifurcationProblem(OrbitFamily.of(DEFAULT, impacts.period, impacts.symmetric), point, impacts.stops, None)
     place = path.unknowns(impacts, path.fixed)

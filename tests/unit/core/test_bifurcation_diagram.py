@@ -31,21 +31,21 @@ def distinct(values, tolerance=1e-6):
 
 
 def test_a_motion_of_period_n_shows_n_points_and_its_impacts():
-    found = list(sections(line(DEFAULT, "clearance", [1.6, 1.99, 2.1], 0.29)))
-    assert [section.motion.period for section in found] == [1, 3, 1]
-    assert [distinct(section.displacement) for section in found] == [1, 3, 1]
-    assert [section.displacement.size for section in found] == [64] * 3
-    assert [section.impact_velocity.size for section in found] == [64 * 4, pytest.approx(2 * 64 / 3, abs=1), 0]
-    assert np.all(found[0].impact_velocity * found[0].impact_stop > 0.0)
+    diagram = list(sections(line(DEFAULT, "clearance", [1.6, 1.99, 2.1], 0.29)))
+    assert [section.motion.period for section in diagram] == [1, 3, 1]
+    assert [distinct(section.displacement) for section in diagram] == [1, 3, 1]
+    assert [section.displacement.size for section in diagram] == [64] * 3
+    assert [section.impact_velocity.size for section in diagram] == [64 * 4, pytest.approx(2 * 64 / 3, abs=1), 0]
+    assert np.all(diagram[0].impact_velocity * diagram[0].impact_stop > 0.0)
     # beyond the grazing curve it is the steady motion, at phase 0
     steady = steady_response(DEFAULT, [0.29])[0, 0]
-    np.testing.assert_allclose(found[2].displacement, steady.imag, atol=1e-12)
+    np.testing.assert_allclose(diagram[2].displacement, steady.imag, atol=1e-12)
 
 
 def test_omega_may_vary_too():
-    one = next(sections(line(DEFAULT, "omega", [0.29, 0.30], 1.6)))
+    section = next(sections(line(DEFAULT, "omega", [0.29, 0.30], 1.6)))
     same = next(sections(line(DEFAULT, "clearance", [1.6, 1.7], 0.29)))
-    np.testing.assert_array_equal(one.displacement, same.displacement)
+    np.testing.assert_array_equal(section.displacement, same.displacement)
 
 
 def test_a_sweep_keeps_to_its_branch_and_agrees_with_the_closed_form():
@@ -72,10 +72,10 @@ def test_sweeps_name_what_sweeps_of_maps_name():
     clearance = np.linspace(1.55, 1.95, 15)
     for policy in ("rest", "sweep-up", "sweep-down"):
         tile = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.29]), clearance), policy=policy)
-        found = list(sections(line(DEFAULT, "clearance", clearance, 0.29), policy, transient_periods=1000))
+        diagram = list(sections(line(DEFAULT, "clearance", clearance, 0.29), policy, transient_periods=1000))
         if policy == "sweep-down":
-            found = found[::-1]
-        for i, section in enumerate(found):
+            diagram = diagram[::-1]
+        for i, section in enumerate(diagram):
             if section.motion.kind == "periodic" and tile["kind"][i, 0] == 1:
                 counts = sorted((section.motion.impacts_right, section.motion.impacts_left))
                 assert section.motion.period == tile["period"][i, 0]
@@ -85,19 +85,19 @@ def test_sweeps_name_what_sweeps_of_maps_name():
 def test_labels_from_rest_are_those_of_a_map():
     clearance = np.linspace(1.3, 1.99, 9)
     tile = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.28]), clearance), max_periods=30 + 20 + EXPONENT_PERIODS)
-    found = list(sections(line(DEFAULT, "clearance", clearance, 0.28), "rest", 20, 30))
-    assert {section.motion.kind for section in found} == {"chaotic", "periodic"}
-    assert [KINDS.index(section.motion.kind) for section in found] == tile["kind"][:, 0].tolist()
+    diagram = list(sections(line(DEFAULT, "clearance", clearance, 0.28), "rest", 20, 30))
+    assert {section.motion.kind for section in diagram} == {"chaotic", "periodic"}
+    assert [KINDS.index(section.motion.kind) for section in diagram] == tile["kind"][:, 0].tolist()
     for name in ("verified", "period", "impacts_right", "impacts_left", "symmetric", "sticking"):
-        assert [getattr(section.motion, name) or 0 for section in found] == tile[name][:, 0].tolist()
+        assert [getattr(section.motion, name) or 0 for section in diagram] == tile[name][:, 0].tolist()
     for name in ("sensitive", "transient_growth"):
-        np.testing.assert_array_equal([getattr(section, name) for section in found], tile[name][:, 0])
+        np.testing.assert_array_equal([getattr(section, name) for section in diagram], tile[name][:, 0])
 
 
 def test_a_trajectory_that_passes_an_orbit_is_named_after_where_it_goes():
     # as `test_capture`: the trajectory comes close to the verified orbit 3-2r-2l, and leaves it again
-    (found,) = sections(line(DEFAULT, "clearance", [1.7718524462135552], 0.2604494382022472))
-    motion = found.motion
+    (section,) = sections(line(DEFAULT, "clearance", [1.7718524462135552], 0.2604494382022472))
+    motion = section.motion
     assert (motion.period, motion.impacts_right, motion.impacts_left, motion.verified) == (1, 1, 1, True)
 
 
@@ -107,23 +107,23 @@ def test_a_trajectory_that_passes_an_orbit_is_named_after_where_it_goes():
     ids=["three masses", "one mass"],
 )
 def test_a_motion_after_a_long_chaotic_transient_is_sensitive(oscillator, omega, clearance):
-    (found,) = sections(line(oscillator, "omega", [omega], clearance))
-    assert (found.motion.kind, found.motion.verified, found.sensitive) == ("periodic", False, True)
-    assert found.motion.reason == REASONS[ROUNDING_DECIDES]
+    (section,) = sections(line(oscillator, "omega", [omega], clearance))
+    assert (section.motion.kind, section.motion.verified, section.sensitive) == ("periodic", False, True)
+    assert section.motion.reason == REASONS[ROUNDING_DECIDES]
 
 
 @pytest.mark.parametrize(("omega", "clearance"), [(0.28, 1.31), (0.2752, 1.275)])
 def test_the_motion_that_is_named_is_the_one_that_is_drawn(omega, clearance):
     """After a chaotic transient roundings decide where a trajectory goes; the one that is drawn counts."""
-    (found,) = sections(line(DEFAULT, "clearance", [clearance], omega))
+    (section,) = sections(line(DEFAULT, "clearance", [clearance], omega))
     drawn = trajectory(DEFAULT, omega, clearance, transient_periods=300, periods=64, samples_per_period=1)
-    np.testing.assert_array_equal(found.impact_velocity, drawn.impacts.velocity)
+    np.testing.assert_array_equal(section.impact_velocity, drawn.impacts.velocity)
     assert drawn.motion.kind == "periodic"
     for name in ("kind", "period", "impacts_right", "impacts_left", "symmetric", "sticking"):
-        assert getattr(found.motion, name) == getattr(drawn.motion, name), name
-    strikes = found.impact_stop[-drawn.motion.impacts_right - drawn.motion.impacts_left :]
-    assert np.count_nonzero(strikes > 0) == found.motion.impacts_right
-    assert (found.sensitive, found.motion.verified) == (True, False)
+        assert getattr(section.motion, name) == getattr(drawn.motion, name), name
+    strikes = section.impact_stop[-drawn.motion.impacts_right - drawn.motion.impacts_left :]
+    assert np.count_nonzero(strikes > 0) == section.motion.impacts_right
+    assert (section.sensitive, section.motion.verified) == (True, False)
 
 
 def test_a_trajectory_of_a_sweep_has_the_error_of_the_one_before_unless_that_was_captured():
@@ -161,10 +161,10 @@ def test_a_sweep_goes_on_from_a_rest_on_a_stop():
 def test_chaos_is_distinguished_from_motions_that_have_not_settled():
     clearance = np.linspace(1.2, 2.1, 32)
     tile = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.28]), clearance))
-    found = list(sections(line(DEFAULT, "clearance", clearance, 0.28)))
-    kinds = [section.motion.kind for section in found]
+    diagram = list(sections(line(DEFAULT, "clearance", clearance, 0.28)))
+    kinds = [section.motion.kind for section in diagram]
     assert kinds.count("chaotic") >= 2
-    for i, section in enumerate(found):
+    for i, section in enumerate(diagram):
         if section.motion.kind == "chaotic":
             assert tile["kind"][i, 0] in (KINDS.index("chaotic"), KINDS.index("unresolved"))
             assert section.motion.reason is None

@@ -103,7 +103,7 @@ def test_a_branch_ends_at_one_meeting_of_impacts_wherever_it_begins():
     impacts = ImpactSequence(1, branch.stops, branch.phases[place], branch.velocities[place])
     there = OrbitPoint(periodic_orbit(system.oscillator, values.omega, values.clearance, impacts), values)
     other = orbit_branch(system.oscillator, there, 0.85, 0.87, "omega")
-    ends = [one.special_points[-1] for one in (branch, other)]
+    ends = [path.special_points[-1] for path in (branch, other)]
     assert [end.impact for end in ends] == [1, 1]
     assert ends[1].omega == pytest.approx(ends[0].omega, rel=1e-13)
 

@@ -130,9 +130,9 @@ def followed(point, beyond):
 )
 def test_beyond_a_graze_lies_the_orbit_with_an_impact_more_or_less(branch, where, labels):
     (point,) = [p for p in branch().special_points if p.type == "GR" and abs(p.clearance - where) < 1e-5]
-    found = starts_beyond(DEFAULT, point)
-    assert [orbit_of(beyond).label for beyond in found] == labels
-    for beyond in found:
+    starts = starts_beyond(DEFAULT, point)
+    assert [orbit_of(beyond).label for beyond in starts] == labels
+    for beyond in starts:
         orbit = orbit_of(beyond)
         assert orbit.residual <= 1e-14
         assert beyond.admissible
@@ -144,7 +144,7 @@ def test_beyond_a_graze_lies_the_orbit_with_an_impact_more_or_less(branch, where
         # its branch passes through the graze, and is no motion on the other side
         chosen = [
             b
-            for b in (orbit_branch(DEFAULT, orbit_of(one), 0.99 * where, 1.01 * where) for one in found)
+            for b in (orbit_branch(DEFAULT, orbit_of(start), 0.99 * where, 1.01 * where) for start in starts)
             if len(b.stops) == len(beyond.impacts.stops) and b.symmetric == beyond.impacts.symmetric
         ]
         assert len(chosen) == 1

@@ -104,17 +104,17 @@ class Arrival(NamedTuple):
         scratch = self.runner._scratch["verification"]
         before = scratch.capture.arrival.copy()
         scratch.capture.arrival[...] += change
-        found = verify(self.problem, self.runner._blocks, scratch, self.stops, self.count, self.length, 1e6, 0.0)
+        verdict = verify(self.problem, self.runner._blocks, scratch, self.stops, self.count, self.length, 1e6, 0.0)
         scratch.capture.arrival[...] = before
-        assert found.reason == RESOLVED
-        return float(found.ratio)
+        assert verdict.reason == RESOLVED
+        return float(verdict.ratio)
 
 
 def arrivals(name: str, number: int) -> list[Arrival]:
     oscillator, omegas, clearances = SYSTEMS[name]
     rng = np.random.default_rng(len(name))
-    found: list[Arrival] = []
-    while len(found) < number:
+    cases: list[Arrival] = []
+    while len(cases) < number:
         omega, clearance = float(rng.uniform(*omegas)), float(rng.uniform(*clearances))
         runner = Runner(oscillator, RunSettings(1000, 32, linearised=False))
         steady = runner.steady(np.array([omega]))[0]
@@ -128,8 +128,8 @@ def arrivals(name: str, number: int) -> list[Arrival]:
         problem, held = forced.problems(0.0)
         over_return = np.log(figures[lane_state.MULTIPLIER]) / (2 if symmetric else 1)
         count, returns = int(impacts) // (2 if symmetric else 1), 200 + int(np.log(1e-4) / over_return)
-        found.append(Arrival(runner, problem, held, forced.stops, length, count, returns))
-    return found
+        cases.append(Arrival(runner, problem, held, forced.stops, length, count, returns))
+    return cases
 
 
 def after(arrival: Arrival, change: Floats, halves: int) -> tuple[Floats, list[int]]:

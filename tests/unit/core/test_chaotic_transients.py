@@ -111,22 +111,22 @@ def test_a_column_is_swept_once_for_all_points_of_its_sample(down: bool, monkeyp
     task, rows = RunSettings(40, 4, follow=True), np.array([2, 5, 11])
     codes = chaotic_transients._of_sweep(plane, task, down, rows, np.zeros(3, dtype=np.int64))
     assert len(swept) <= 12 + 3 * (RUN_ON - 1)
-    for row, found in zip(rows.tolist(), codes, strict=True):
+    for row, row_codes in zip(rows.tolist(), codes, strict=True):
         path = [*(range(11, row - 1, -1) if down else range(row + 1)), *[row] * (RUN_ON - 1)]
         whole = sweep(PlaneRunner(plane, task), np.array(path), 0)[0]
-        np.testing.assert_array_equal(found, whole[-RUN_ON:, 0])
+        np.testing.assert_array_equal(row_codes, whole[-RUN_ON:, 0])
 
 
 @WINDOWS
 def test_a_sweep_of_one_clearance_is_run_on_as_the_map_from_rest(window: Window) -> None:
     for row in (0, 2):
-        one = window.row(row)
-        kind = unfolding_map_tile(Plane.of(*one), WATCHED)["kind"]
-        rest = chance_in_map(kind, Plane.of(*one), max_periods=WATCHED)
+        arguments = window.row(row)
+        kind = unfolding_map_tile(Plane.of(*arguments), WATCHED)["kind"]
+        rest = chance_in_map(kind, Plane.of(*arguments), max_periods=WATCHED)
         assert rest is not None
         assert rest.settled > 0
         for policy in ("sweep-up", "sweep-down"):
-            assert chance_in_map(kind, Plane.of(*one), max_periods=WATCHED, policy=policy) == rest
+            assert chance_in_map(kind, Plane.of(*arguments), max_periods=WATCHED, policy=policy) == rest
 
 
 def test_points_that_are_not_chaotic_have_no_chance_and_planted_ones_settle() -> None:
@@ -151,7 +151,13 @@ def test_states_of_a_basin_are_run_on_from_where_they_start(
     chance = chance_in_basins(kind, *arguments)
     assert chance is not None
     assert (chance.sampled, chance.settled, chance.low) == (3, 0, 0.0)
-    settles = (DEFAULT, 0.29, 1.6, *(one._replace(values=one.values / 10.0) for one in (across, up)), *arguments[5:])
+    settles = (
+        DEFAULT,
+        0.29,
+        1.6,
+        *(coordinate._replace(values=coordinate.values / 10.0) for coordinate in (across, up)),
+        *arguments[5:],
+    )
     planted = chance_in_basins(kind, *settles)
     assert planted is not None
     assert planted.settled == 3
@@ -162,16 +168,16 @@ def test_a_diagram_is_run_on_from_the_starts_of_its_trajectories(
     oscillator: Oscillator, omega: float, clearance: float
 ) -> None:
     values = np.array([0.95 * clearance, clearance])
-    found = list(sections(line(oscillator, "clearance", values, omega), periods=10, transient_periods=100))
-    assert [section.motion.kind for section in found][1] == "chaotic"
-    chance = chance_in_diagram(line(oscillator, "clearance", values[1:], omega), found[1:], 610, 32)
+    diagram = list(sections(line(oscillator, "clearance", values, omega), periods=10, transient_periods=100))
+    assert [section.motion.kind for section in diagram][1] == "chaotic"
+    chance = chance_in_diagram(line(oscillator, "clearance", values[1:], omega), diagram[1:], 610, 32)
     assert chance is not None
     assert (chance.watched, chance.run_on, chance.sampled, chance.settled) == (610, 6100, 1, 0)
     nothing = np.zeros(0)
     states = [State(np.zeros(3), np.zeros(3)), State(np.array([1.6, 0.0, 0.0]), np.zeros(3))]
     stops = nothing.astype(np.int8)
     planted = [
-        Section(nothing, nothing, nothing, stops, Motion("chaotic"), False, np.nan, one, nothing) for one in states
+        Section(nothing, nothing, nothing, stops, Motion("chaotic"), False, np.nan, state, nothing) for state in states
     ]
     chance = chance_in_diagram(line(DEFAULT, "omega", np.array([0.29, 0.29]), 1.6), planted, 200, 32)
     assert chance is not None
@@ -202,12 +208,12 @@ def test_a_sample_of_groups_has_some_of_a_group_and_groups_by_their_sizes() -> N
     ends = np.cumsum(sizes)
     rng = np.random.default_rng(0)
     groups = np.split(rng.permutation(ends[-1]), ends[:-1])
-    found = sample_of_groups(groups, 1000)
-    assert len(set(found.tolist())) == RUN_ON_SAMPLE
-    counts = [np.isin(found, group).sum() for group in groups]
+    places = sample_of_groups(groups, 1000)
+    assert len(set(places.tolist())) == RUN_ON_SAMPLE
+    counts = [np.isin(places, group).sum() for group in groups]
     # of 2000 motions in groups, those at an eighth, three, five and seven eighths
     assert counts == [0, SIDE_BY_SIDE, 0, 2 * SIDE_BY_SIDE, 0, SIDE_BY_SIDE]
-    assert np.all(np.diff(np.flatnonzero(np.isin(groups[1], found))) == 80)  # spread over the group
+    assert np.all(np.diff(np.flatnonzero(np.isin(groups[1], places))) == 80)  # spread over the group
     periods = RUN_ON_PERIODS // (3 * RUN_ON)
     assert len(sample_of_groups(groups, periods)) == 3
     assert sum(np.isin(sample_of_groups(groups, periods), group).any() for group in groups) == 1

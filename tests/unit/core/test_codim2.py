@@ -48,12 +48,12 @@ def expected_points(chain, start, stop, max_order, max_multiple):
 
 
 def check_complete(points, expected, tolerance=1e-13):
-    found = sorted(
+    records = sorted(
         ((p.kind, p.order or p.multiple, p.symmetric, p.bifurcation, p.omega) for p in points),
         key=lambda p: (*map(str, p[:4]), p[-1]),
     )
-    assert [p[:-1] for p in found] == [p[:-1] for p in expected]
-    errors = [abs(ours[-1] - exact[-1]) / exact[-1] for ours, exact in zip(found, expected, strict=True)]
+    assert [p[:-1] for p in records] == [p[:-1] for p in expected]
+    errors = [abs(ours[-1] - exact[-1]) / exact[-1] for ours, exact in zip(records, expected, strict=True)]
     assert max(errors, default=0.0) < tolerance
     return errors
 

@@ -66,7 +66,7 @@ def test_no_index_of_a_kernel_counts_from_the_end(module: ModuleType) -> None:
     for node in ast.walk(ast.parse(inspect.getsource(module))):
         if isinstance(node, ast.Subscript):
             indices = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
-            signed = [isinstance(one, ast.UnaryOp) and isinstance(one.op, ast.USub) for one in indices]
+            signed = [isinstance(index, ast.UnaryOp) and isinstance(index.op, ast.USub) for index in indices]
             assert not any(signed), f"line {node.lineno}"
 
 
@@ -195,5 +195,7 @@ def test_blocks_of_lanes_are_of_the_processor_that_code_is_generated_for(feature
     """Whatever this one is: kernels for x86-64-v3 that are compiled on a processor with AVX-512 are those of others."""
     code = "from grazemap_core.maps.kernels.first_pass import VECTOR; print(VECTOR)"
     environment = os.environ | {"NUMBA_CPU_NAME": "x86-64-v3", "NUMBA_CPU_FEATURES": features}
-    said = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, check=True, timeout=120)
-    assert said.stdout.decode().strip() == lanes
+    completed = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, check=True, timeout=120
+    )
+    assert completed.stdout.decode().strip() == lanes

@@ -38,12 +38,12 @@ def runs(oscillator: Oscillator, omega: float, clearance: float, phase: float = 
     return run
 
 
-def events(found: Trajectory, skip: int, period: float) -> np.ndarray:
+def events(run: Trajectory, skip: int, period: float) -> np.ndarray:
     """Times of the impacts after `skip` periods, and of the releases there, from then on, without a long time's
     rounding in the impacts'."""
-    impacts, end = found.impacts, found.record.end
+    impacts, end = run.impacts, run.record.end
     late = impacts.period >= skip
-    releases = found.sticking.stop_time[found.sticking.stop_time < end] - skip * period
+    releases = run.sticking.stop_time[run.sticking.stop_time < end] - skip * period
     return np.concatenate(
         [(impacts.period[late] - skip) * period + impacts.phase_time[late], releases[releases >= 0.0]]
     )
@@ -170,8 +170,8 @@ def test_the_end_is_that_of_50_digits(seed: int) -> None:
     size = oscillator.size
     for phase in (0.0, 2.7):
         run = runs(oscillator, omega, clearance, phase)
-        found = run(None, 1).final
-        assert found is not None
+        final = run(None, 1).final
+        assert final is not None
         exact = GeneralOracle.between(oscillator, omega, clearance, phase=phase)
         with digits():
             x, v, _ = exact.at(2 * arb.pi() / arb(omega))
@@ -182,12 +182,12 @@ def test_the_end_is_that_of_50_digits(seed: int) -> None:
             start[i] = 1e-9 * clearance * (1.0 if i < size else omega)
             moved = run(State(start[:size], start[size:], phase), 1).final
             assert moved is not None
-            change = np.concatenate([moved.displacement - found.displacement, moved.velocity - found.velocity])
+            change = np.concatenate([moved.displacement - final.displacement, moved.velocity - final.velocity])
             scale += np.abs(change) / 1e-9
         whole = run(None, 1)
         reach = np.concatenate([np.abs(whole.displacement).max(axis=1), np.abs(whole.velocity).max(axis=1)])
         bound = 64 * EPSILON * (scale + reach)
-        ends = zip([*x, *v], [*found.displacement, *found.velocity], strict=True)
+        ends = zip([*x, *v], [*final.displacement, *final.velocity], strict=True)
         with digits():
             error = np.array([abs(float(e - arb(float(f)))) for e, f in ends])
         assert np.all(error <= bound)
@@ -209,9 +209,9 @@ def test_round_off_does_not_move_the_final_state_beyond_a_stop() -> None:
 
 def test_the_phase_of_the_end_is_wrapped_and_exact_where_it_was_in_range() -> None:
     for phase in (0.0, 0.3, -math.pi, math.pi, 3.0):
-        found = trajectory(DEFAULT, 0.29, 1.6, phase=phase, periods=1).final
-        assert found is not None
-        assert found.phase == phase
+        final = trajectory(DEFAULT, 0.29, 1.6, phase=phase, periods=1).final
+        assert final is not None
+        assert final.phase == phase
     for phase in (4.0, -3.2, 1e3, -1e9, 1e15):
         with mp.workdps(40):
             plain = mp.mpf(phase) - 2 * mp.pi * mp.nint(mp.mpf(phase) / (2 * mp.pi))

@@ -30,9 +30,9 @@ def assert_defined(result: Trajectory, clearance: float, end: float, amplitude: 
         assert np.all(np.isfinite(values))
     assert np.all(np.abs(result.displacement[0]) <= clearance + 32.0 * EPSILON * (clearance + amplitude))
     times = [result.impacts.time, np.stack([result.sticking.start, result.sticking.stop_time], axis=1).ravel()]
-    for found in times:
-        assert np.all(np.diff(found) >= 0.0)
-        assert np.all((found >= 0.0) & (found <= end * (1.0 + 4.0 * EPSILON)))
+    for series in times:
+        assert np.all(np.diff(series) >= 0.0)
+        assert np.all((series >= 0.0) & (series <= end * (1.0 + 4.0 * EPSILON)))
     assert set(result.impacts.kind.tolist()) <= {"impact", "chatter", "graze"}
     assert np.all(result.impacts.velocity * result.impacts.stop >= 0.0)
     motion = result.motion

@@ -43,8 +43,8 @@ def test_samples_at_any_time_are_those_of_50_digits(case: str, seed: int) -> Non
     oscillator, omega, clearance = random_point(seed) if case == "free" else sticking_case(seed)
     size, period = oscillator.size, 2 * math.pi / omega
     times = np.sort(np.random.default_rng(seed).uniform(0.0, 2 * period, 12))
-    found = trajectory(oscillator, omega, clearance, phase=0.4, periods=2)
-    x, v = found.at(times)
+    run = trajectory(oscillator, omega, clearance, phase=0.4, periods=2)
+    x, v = run.at(times)
     # how the samples answer to a change of the start, coordinate by coordinate
     scale = np.abs(np.concatenate([x, v]))
     for i in range(2 * size):
@@ -67,25 +67,25 @@ def test_samples_at_any_time_are_those_of_50_digits(case: str, seed: int) -> Non
 
 def test_samples_at_the_times_of_even_samples_equal_the_even_samples() -> None:
     for oscillator, omega, clearance in (random_point(3), sticking_case(9)):
-        found = trajectory(oscillator, omega, clearance, periods=3, transient_periods=4, samples_per_period=32)
-        x, v = found.at(found.time)
+        run = trajectory(oscillator, omega, clearance, periods=3, transient_periods=4, samples_per_period=32)
+        x, v = run.at(run.time)
         # a listed time is rounded, which moves a sample by its speed times that
-        speed = np.abs(found.velocity).max() + omega * np.abs(found.displacement).max()
-        rounding = 8 * EPSILON * (np.abs(found.displacement).max() + speed * found.time[-1])
-        np.testing.assert_allclose(x, found.displacement, rtol=0, atol=rounding)
-        change = np.abs(np.diff(found.velocity)).max() / (found.time[1] - found.time[0])
-        np.testing.assert_allclose(v, found.velocity, rtol=0, atol=8 * EPSILON * (speed + change * found.time[-1]))
+        speed = np.abs(run.velocity).max() + omega * np.abs(run.displacement).max()
+        rounding = 8 * EPSILON * (np.abs(run.displacement).max() + speed * run.time[-1])
+        np.testing.assert_allclose(x, run.displacement, rtol=0, atol=rounding)
+        change = np.abs(np.diff(run.velocity)).max() / (run.time[1] - run.time[0])
+        np.testing.assert_allclose(v, run.velocity, rtol=0, atol=8 * EPSILON * (speed + change * run.time[-1]))
 
 
 def test_a_sample_at_the_listed_time_of_an_impact_is_after_it() -> None:
-    found = trajectory(DEFAULT, 0.29, 1.6, periods=200, samples_per_period=1)
-    x, v = found.at(found.impacts.time)
-    late = found.impacts.time[-1]
+    run = trajectory(DEFAULT, 0.29, 1.6, periods=200, samples_per_period=1)
+    x, v = run.at(run.impacts.time)
+    late = run.impacts.time[-1]
     # the listed time of a late impact is rounded
-    np.testing.assert_allclose(x[0], 1.6 * found.impacts.stop, rtol=0, atol=EPSILON * late * np.abs(v[0]).max())
-    np.testing.assert_allclose(v[0], -0.8 * found.impacts.velocity, rtol=0, atol=1e-13 + EPSILON * late)
-    before = found.at(np.nextafter(np.nextafter(found.impacts.time, 0.0), 0.0))[1]
-    np.testing.assert_allclose(before[0], found.impacts.velocity, rtol=0, atol=1e-13 + 3 * EPSILON * late)
+    np.testing.assert_allclose(x[0], 1.6 * run.impacts.stop, rtol=0, atol=EPSILON * late * np.abs(v[0]).max())
+    np.testing.assert_allclose(v[0], -0.8 * run.impacts.velocity, rtol=0, atol=1e-13 + EPSILON * late)
+    before = run.at(np.nextafter(np.nextafter(run.impacts.time, 0.0), 0.0))[1]
+    np.testing.assert_allclose(before[0], run.impacts.velocity, rtol=0, atol=1e-13 + 3 * EPSILON * late)
 
 
 def test_requested_times_give_samples_there_and_change_nothing_else() -> None:
@@ -109,11 +109,11 @@ def test_times_after_an_early_end_are_left_out() -> None:
     place = Oscillator.create([1.0, 1.0], [1.0, 1.0], 0.0, [5.0, 1.0], 0.5), math.sqrt(2.0), 0.1
     end = trajectory(*place, phase=math.pi / 2).record.end
     assert 0.0 < end < 2 * math.pi / place[1]
-    found = trajectory(*place, phase=math.pi / 2, times=np.array([0.0, 0.5 * end, end, 2 * end]))
-    np.testing.assert_array_equal(found.time, [0.0, 0.5 * end, end])
-    assert found.displacement.shape == (2, 3)
+    run = trajectory(*place, phase=math.pi / 2, times=np.array([0.0, 0.5 * end, end, 2 * end]))
+    np.testing.assert_array_equal(run.time, [0.0, 0.5 * end, end])
+    assert run.displacement.shape == (2, 3)
     with pytest.raises(ParameterError, match="times"):
-        found.at(np.array([2 * end]))
+        run.at(np.array([2 * end]))
 
 
 @pytest.mark.parametrize("times", [[-1e-9], [0.0, math.nan], [43.4], [math.inf], [[0.0]], 3.0])

@@ -63,9 +63,9 @@ def test_the_second_order_coefficient_is_the_remainder_of_the_leading_order():
 
 def test_the_expansion_holds_for_any_structure_and_any_harmonics():
     """Dense and gyroscopic matrices, any row, a bias, two restitutions; the maximum of several harmonics is skew."""
-    found, few = general_grazing_points(6), OVERSHOOTS[1::2]
-    assert sum(len(point.orders) > 1 for point in found) > 2
-    for point in found:
+    points, few = general_grazing_points(6), OVERSHOOTS[1::2]
+    assert sum(len(point.orders) > 1 for point in points) > 2
+    for point in points:
         assert slope(few, remainder(point, few)) == pytest.approx(0.5, abs=0.05)
         error = mapping_error(point, few * point.amplitude)
         assert error.leading_order == pytest.approx(1.0, abs=0.03)

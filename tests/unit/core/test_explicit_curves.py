@@ -64,7 +64,7 @@ def nearest(
     family = OrbitFamily.of(oscillator, piece.period, piece.symmetric)
     omega = float(piece.omega[place])
     here = StopFamily(family, stop, other).at(omega, family.steady(omega))
-    return here, min(here.special(piece.type), key=lambda one: abs(one.speed - piece.impact_velocity[place]))
+    return here, min(here.special(piece.type), key=lambda special: abs(special.speed - piece.impact_velocity[place]))
 
 
 def test_a_stretch_that_the_other_stop_spoils_is_not_admissible() -> None:
@@ -116,8 +116,10 @@ def test_special_orbits_of_one_harmonic_are_those_of_the_closed_form(multiple: i
     for omega in (0.262, 0.281, 0.2875, 0.3):
         here = of.at(omega, family.steady(omega))
         for point in one_impact_branch(DEFAULT, omega, multiple, stop=stop, alone=alone).special_points[1:]:
-            near = [one for one in here.special(point.type) if abs(one.speed - point.impact_velocity) < 1e-10]
-            assert [one.gap for one in near] == [pytest.approx(point.clearance, abs=1e-10)]
+            near = [
+                special for special in here.special(point.type) if abs(special.speed - point.impact_velocity) < 1e-10
+            ]
+            assert [special.gap for special in near] == [pytest.approx(point.clearance, abs=1e-10)]
             assert near[0].admissible == point.admissible
             if point.stop is not None:
                 assert near[0].stop == point.stop * stop
@@ -126,10 +128,10 @@ def test_special_orbits_of_one_harmonic_are_those_of_the_closed_form(multiple: i
 def test_curves_of_symmetric_motions_under_several_harmonics_are_orbits_with_half_multipliers_of_1_or_minus_1() -> None:
     drive = [force(1, np.array([1.0, 0.0, 0.0])), force(3, np.array([0.2, 0.0, 0.0]))]
     oscillator = Oscillator.of_structure(DEFAULT.structure, DEFAULT.contact, drive, 0.8)
-    found = window_curves(oscillator, (0.26, 0.3), (1.3, 2.05), 1, 40)
-    kinds = {(piece.type, piece.symmetric) for piece in found}
+    curves = window_curves(oscillator, (0.26, 0.3), (1.3, 2.05), 1, 40)
+    kinds = {(piece.type, piece.symmetric) for piece in curves}
     assert {("SN", True), ("SB", True), ("GR", True), ("SN", False), ("PD", False)} <= kinds
-    for piece in found:
+    for piece in curves:
         if not piece.symmetric:
             continue
         middle = len(piece.omega) // 2
@@ -171,8 +173,8 @@ def test_a_preloaded_stop_has_curves_of_impacting_motions() -> None:
     """The equilibrium is beyond the right stop at the lower clearances: no graze there, and negative gaps."""
     pushed = dataclasses.replace(DEFAULT, bias=np.array([3.0, 0.0, 0.0]))
     place = contact_equilibrium(pushed)
-    found = window_curves(pushed, (0.26, 0.3), (0.2, place + 2.2), 1, 40, VariedStop(1))
-    below = [p for p in found if np.all(p.value < place)]
+    curves = window_curves(pushed, (0.26, 0.3), (0.2, place + 2.2), 1, 40, VariedStop(1))
+    below = [p for p in curves if np.all(p.value < place)]
     assert {p.type for p in below} >= {"SN", "PD"}
     for piece in below:
         omega, clearance = float(piece.omega[0]), float(piece.value[0])
@@ -184,13 +186,13 @@ def test_a_preloaded_stop_has_curves_of_impacting_motions() -> None:
 
 def test_both_stops_of_unlike_restitutions_have_their_own_curves() -> None:
     unlike = dataclasses.replace(DEFAULT, restitution_left=0.6)
-    found = window_curves(unlike, (0.26, 0.3), (1.3, 2.05), 1, 30, BOTH_STOPS)
+    curves = window_curves(unlike, (0.26, 0.3), (1.3, 2.05), 1, 30, BOTH_STOPS)
     for stop, alike in ((1, DEFAULT), (-1, dataclasses.replace(DEFAULT, restitution=0.6))):
         known = [p for p in window_curves(alike, (0.26, 0.3), (1.3, 2.05), 1, 30) if p.type == "SN" and not p.symmetric]
-        ours = [p for p in found if p.type == "SN" and (p.impacts_right if stop > 0 else p.impacts_left) == 1]
+        ours = [p for p in curves if p.type == "SN" and (p.impacts_right if stop > 0 else p.impacts_left) == 1]
         assert len(ours) == len(known) == 1
         np.testing.assert_allclose(ours[0].value, known[0].value, rtol=1e-11)
-    assert not any(piece.symmetric for piece in found)
+    assert not any(piece.symmetric for piece in curves)
 
 
 def test_zeros_of_a_polynomial_are_given_once_within_a_turn() -> None:
@@ -230,10 +232,10 @@ def test_special_points_are_decided_where_round_off_hides_the_slow_orbits(symmet
         return (1.0, 0.0, np.nan, ANGLE_UNDECIDED) if stop > 0 else decided(motion, half_periods, stop, meets)
 
     monkeypatch.setattr(one_impact_branches, "contact_angle", hidden)
-    found = one_impact_curves(DEFAULT, omega, 1, symmetric)
+    curves = one_impact_curves(DEFAULT, omega, 1, symmetric)
     some = 0
     for name in ("saddle_node", "doubling", "contact"):
-        ours, theirs = getattr(found, name), getattr(known, name)
+        ours, theirs = getattr(curves, name), getattr(known, name)
         np.testing.assert_allclose(ours.clearance, theirs.clearance, rtol=1e-9, err_msg=name)
         np.testing.assert_allclose(ours.impact_velocity, theirs.impact_velocity, rtol=1e-7, err_msg=name)
         np.testing.assert_array_equal(ours.admissible, theirs.admissible, err_msg=name)

@@ -37,7 +37,7 @@ Found = tuple[Oscillator, np.ndarray, dict[str, Any], MapBorders]
 
 def pairs(right: float | None, left: float | None) -> np.ndarray:
     """The clearances of the rows, of the right and of the left stop; None: they vary."""
-    return np.stack([CLEARANCE if one is None else np.full(SIZE, one) for one in (right, left)], axis=1)
+    return np.stack([CLEARANCE if side is None else np.full(SIZE, side) for side in (right, left)], axis=1)
 
 
 CASES: dict[str, tuple[Oscillator, np.ndarray]] = {
@@ -58,16 +58,16 @@ def borders_of(case: str) -> Found:
 
 @pytest.mark.parametrize("case", the_first(2, CASES))
 def test_every_border_is_explained(case: str) -> None:
-    _, _, arrays, found = borders_of(case)
+    _, _, arrays, borders = borders_of(case)
     codes = np.stack([arrays[name] for name in ("period", "impacts_right", "impacts_left")], axis=-1)
-    steps = explained_steps(arrays, codes, found)
+    steps = explained_steps(arrays, codes, borders)
     assert steps > 60
-    assert count(found, "unexplained", regular=False) == 0
-    assert count(found, "curve") > 0.6 * steps
+    assert count(borders, "unexplained", regular=False) == 0
+    assert count(borders, "curve") > 0.6 * steps
     # the motion that ends on a curve is that of one of the two points
-    for k in np.flatnonzero(found.curve >= 0).tolist():
-        name = found.curves[found.curve[k]].name
-        row, column, along = int(found.row[k]), int(found.column[k]), int(found.along[k])
+    for k in np.flatnonzero(borders.curve >= 0).tolist():
+        name = borders.curves[borders.curve[k]].name
+        row, column, along = int(borders.row[k]), int(borders.column[k]), int(borders.along[k])
         ends = [(row, column), (row + 1 - along, column + along)]
         assert any(tuple(codes[end]) == (name.period, name.right, name.left) for end in ends)
         assert not name.symmetric
@@ -76,7 +76,7 @@ def test_every_border_is_explained(case: str) -> None:
 @pytest.mark.parametrize("case", ["right stop alone", "left stop fixed"])
 def test_curves_of_motions_with_one_impact_are_those_that_are_explicit(case: str) -> None:
     """The search follows the trajectories of the map; neither uses the other."""
-    oscillator, clearance, _, found = borders_of(case)
+    oscillator, clearance, _, borders = borders_of(case)
     left = float(clearance[0, 1])
     varied = VariedStop(1, left if np.isfinite(left) else None)
     window = (0.27, 0.295), (1.7, 2.1)
@@ -84,7 +84,7 @@ def test_curves_of_motions_with_one_impact_are_those_that_are_explicit(case: str
         p for p in window_curves(oscillator, *window, 1, 400, varied) if (p.impacts_right, p.impacts_left) == (1, -1)
     ]
     compared = 0
-    for curve in found.curves:
+    for curve in borders.curves:
         orbits = curve.orbits
         if curve.name[:3] != (1, 1, -1) or orbits is None or curve.type == "GR":
             continue
@@ -98,8 +98,8 @@ def test_curves_of_motions_with_one_impact_are_those_that_are_explicit(case: str
 
 
 def test_grazing_curves_of_unlike_stops_are_curves_of_their_own() -> None:
-    _, _, arrays, found = borders_of("left stop fixed")
-    steady = [curve for curve in found.curves if curve.orbits is None]
+    _, _, arrays, borders = borders_of("left stop fixed")
+    steady = [curve for curve in borders.curves if curve.orbits is None]
     assert all(curve.name.without_impacts for curve in steady)
     (line,) = [curve for curve in steady if np.ptp(curve.horizontal) == 0.0]  # the left stop is grazed at one frequency
     assert np.ptp(line.vertical) > 0.0
@@ -145,6 +145,6 @@ def test_clearances_that_vary_both_and_differ_are_refused() -> None:
 
 
 def test_explanations_name_what_they_are() -> None:
-    _, _, _, found = borders_of("right stop alone")
-    assert set(np.unique(found.explanation)) <= set(range(len(EXPLANATIONS)))
-    assert {curve.type for curve in found.curves} >= {"SN", "PD", "GR"}
+    _, _, _, borders = borders_of("right stop alone")
+    assert set(np.unique(borders.explanation)) <= set(range(len(EXPLANATIONS)))
+    assert {curve.type for curve in borders.curves} >= {"SN", "PD", "GR"}

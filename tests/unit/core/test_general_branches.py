@@ -97,7 +97,9 @@ def of_one(oscillator: Oscillator, omega: float, multiple: int, stop: int, angle
     gap, place = known.clearance(angle), contact_equilibrium(oscillator)
     family = OrbitFamily.of(oscillator, multiple, False)
     orbits = OneImpactOrbits.of(family, omega, stop, 1.0 + oscillator.restitution_of(stop))
-    phase = min(orbits.phases(gap), key=lambda one: abs(orbits.speed(one) - known.impact_velocity(angle)))
+    phase = min(
+        orbits.phases(gap), key=lambda impact_phase: abs(orbits.speed(impact_phase) - known.impact_velocity(angle))
+    )
     clearance = (gap + place, None) if stop > 0 else (None, gap - place)
     return periodic_orbit(oscillator, omega, clearance, orbits.impacts(phase))
 
@@ -129,9 +131,9 @@ def test_the_factor_of_the_forces_is_a_change_of_the_clearance() -> None:
     over_force = orbit_branch(COCO, orbit, 0.5, 2.0, "forcing")
     over_gap = orbit_branch(COCO, orbit, gap / 2.0, gap / 0.5, "clearance_right")
     for kind in ("SN", "PD", "GR"):
-        one = sorted(p.values.forcing for p in over_force.special_points if p.type == kind)
+        forces = sorted(p.values.forcing for p in over_force.special_points if p.type == kind)
         other = sorted(gap / p.values.clearance_right for p in over_gap.special_points if p.type == kind)
-        assert one == pytest.approx(other, rel=1e-9)
+        assert forces == pytest.approx(other, rel=1e-9)
     assert "PD" in {p.type for p in over_force.special_points}
 
 
@@ -242,9 +244,9 @@ def test_a_curve_of_one_stop_in_the_plane_of_frequency_and_clearance() -> None:
         known = one_impact_branch(COCO, float(curve.horizontal[place]), 1, alone=True)
         (point,) = [p for p in known.special_points if p.type == "PD"]
         assert curve.vertical[place] == pytest.approx(point.clearance, rel=1e-10)
-    found = in_window(COCO, (0.8, 0.8), (1.0, 3.0), 1, [1], "clearance_right")
-    assert found is not None
-    assert found.clearance == (2.0, None)
+    middle = in_window(COCO, (0.8, 0.8), (1.0, 3.0), 1, [1], "clearance_right")
+    assert middle is not None
+    assert middle.clearance == (2.0, None)
 
 
 @pytest.mark.parametrize(
@@ -289,10 +291,10 @@ def test_curves_of_one_stop_alone_in_a_window() -> None:
         moved = window_curves(biased, (0.26, 0.3), window, 2, 40, VariedStop(stop))
         assert {"SN", "PD", "GR"} == {piece.type for piece in gaps}
         assert {(p.impacts_right, p.impacts_left) for p in gaps} == {(1, -1) if stop > 0 else (-1, 1), (-1, -1)}
-        for one, other in zip(gaps, moved, strict=True):
-            np.testing.assert_allclose(other.value - stop * place, one.value, rtol=0.0, atol=1e-14)
-    found = window_curves(DEFAULT, (0.265, 0.275), (1.5, 2.0), 1, 3, VariedStop(1))
-    (recorded,) = [p for p in found if p.type == "SN"]
+        for piece, other in zip(gaps, moved, strict=True):
+            np.testing.assert_allclose(other.value - stop * place, piece.value, rtol=0.0, atol=1e-14)
+    pieces = window_curves(DEFAULT, (0.265, 0.275), (1.5, 2.0), 1, 3, VariedStop(1))
+    (recorded,) = [p for p in pieces if p.type == "SN"]
     known = one_impact_branch(DEFAULT, 0.27, 1, alone=True)
     (point,) = [p for p in known.special_points if p.type == "SN"]
     assert recorded.value[recorded.omega == 0.27] == pytest.approx(point.clearance, rel=1e-13)
@@ -302,8 +304,8 @@ def test_the_search_finds_orbits_of_any_stops_from_trajectories() -> None:
     """A sequence that is not explicit is that of a trajectory, between stops that are not alike."""
     oscillator, orbit = of_two()
     stops = orbit.impacts.stops.tolist()
-    found = orbit_with(oscillator, orbit.omega, orbit.clearance, orbit.impacts.period, stops)
-    assert np.sort(found.impacts.velocities) == pytest.approx(np.sort(orbit.impacts.velocities), rel=1e-9)
+    searched_orbit = orbit_with(oscillator, orbit.omega, orbit.clearance, orbit.impacts.period, stops)
+    assert np.sort(searched_orbit.impacts.velocities) == pytest.approx(np.sort(orbit.impacts.velocities), rel=1e-9)
 
 
 def test_pairs_of_multipliers_on_either_side_of_a_graze_do_not_depend_on_the_steps() -> None:
@@ -325,7 +327,7 @@ def test_the_direction_of_a_curve_does_not_depend_on_the_signs_of_singular_vecto
     """Along this GR curve a velocity and a phase are constant, so that round-off decides these signs."""
     system, orbit = with_orbit(92)
     branch = orbit_branch(system.oscillator, orbit, 0.87 * orbit.omega, 1.01 * orbit.omega, "omega")
-    point = next(one for one in branch.special_points if one.impact is not None)
+    point = next(special for special in branch.special_points if special.impact is not None)
     (low, high), left = (0.99 * point.omega, 1.01 * point.omega), point.values.clearance_left
     plane: tuple[Parameter, Parameter] = ("omega", "clearance_left")
     decomposed = np.linalg.svd

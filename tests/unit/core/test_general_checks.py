@@ -42,7 +42,7 @@ def test_windows_have_their_only_stop_on_the_right() -> None:
         assert right == window.clearance[0]
         assert right + left > 0.0
     systems = {seed: random_system(seed, restitution=borders.RESTITUTION) for seed in range(12)}
-    alone = [seed for seed, one in systems.items() if both_clearances(one.clearance)[0] == np.inf]
+    alone = [seed for seed, system in systems.items() if both_clearances(system.clearance)[0] == np.inf]
     assert alone
     for seed in alone:
         assert borders.window(seed).oscillator.contact.tolist() == (-systems[seed].oscillator.contact).tolist()
@@ -61,18 +61,18 @@ def test_impacts_at_resonance_are_exact_and_another_restitution_is_noticed() -> 
 
 def test_a_graze_at_another_height_is_noticed() -> None:
     system = near_grazing.SYSTEMS["relative, shaken base"]
-    found = next(one for w in system.omegas(20) if (one := passage(system.oscillator, w, system.stop)))
-    assert outcome_of(found, other=True)[:3] == (6, 0, 0)
-    higher = found._replace(height=found.height * (1.0 - 1e-11))
+    graze = next(candidate for w in system.omegas(20) if (candidate := passage(system.oscillator, w, system.stop)))
+    assert outcome_of(graze, other=True)[:3] == (6, 0, 0)
+    higher = graze._replace(height=graze.height * (1.0 - 1e-11))
     assert outcome_of(higher, other=True).false > 0
-    larger = found._replace(harmonics=[(order, x * (1.0 + 1e-11)) for order, x in found.harmonics])
+    larger = graze._replace(harmonics=[(order, x * (1.0 + 1e-11)) for order, x in graze.harmonics])
     assert outcome_of(larger, other=True).error > 1.0
 
 
 def test_orbits_of_two_impacts_are_exact() -> None:
-    found = [families.two_impact_orbits(seed) for seed in (2, 6)]
-    assert sum(one.compared for one in found) >= 3
-    assert sum(one.wrong for one in found) == 0
+    outcomes = [families.two_impact_orbits(seed) for seed in (2, 6)]
+    assert sum(outcome.compared for outcome in outcomes) >= 3
+    assert sum(outcome.wrong for outcome in outcomes) == 0
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -90,10 +90,10 @@ def test_the_table_has_a_line_for_each_row() -> None:
 
 
 def test_branches_from_two_starts_have_the_same_special_points(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = branches.compare(20, True)
-    assert found is not None
-    assert (found.points, found.apart, found.coincide) == (8, 0, 0)
-    assert max(found.errors) < branches.ACCURACY
+    comparison = branches.compare(20, True)
+    assert comparison is not None
+    assert (comparison.points, comparison.apart, comparison.coincide) == (8, 0, 0)
+    assert max(comparison.errors) < branches.ACCURACY
     exact = branches.solved
 
     def moved(oscillator, omega, clearance, impacts):  # type: ignore[no-untyped-def]
@@ -109,7 +109,7 @@ def test_branches_from_two_starts_have_the_same_special_points(monkeypatch: pyte
 @pytest.mark.thorough
 def test_a_complex_pair_is_found_beside_a_real_one_of_product_one() -> None:
     """On the branch of this system both pass the unit circle within a step, so the test function has one sign."""
-    found = branches.compare(11, False)
-    assert found is not None
-    assert found.points > 10
-    assert found.apart == 0
+    comparison = branches.compare(11, False)
+    assert comparison is not None
+    assert comparison.points > 10
+    assert comparison.apart == 0

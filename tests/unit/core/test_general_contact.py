@@ -60,11 +60,11 @@ def whole(system: System) -> Trajectory:
 @pytest.mark.parametrize("seed", range(6))
 def test_mirror_images_and_twice_the_contact_row_are_the_same_to_the_byte(seed: int) -> None:
     system = random_system(seed)
-    one = whole(system)
+    run = whole(system)
     for image, turned, speeds in ((mirrored, -1.0, -1.0), (doubled, 1.0, 2.0)):
         other = whole(image(system))
-        np.testing.assert_array_equal(one.impacts.time, other.impacts.time)
-        np.testing.assert_array_equal(speeds * one.impacts.velocity, other.impacts.velocity)
-        np.testing.assert_array_equal(turned * one.displacement, other.displacement)
+        np.testing.assert_array_equal(run.impacts.time, other.impacts.time)
+        np.testing.assert_array_equal(speeds * run.impacts.velocity, other.impacts.velocity)
+        np.testing.assert_array_equal(turned * run.displacement, other.displacement)
         counts = [other.motion.impacts_right, other.motion.impacts_left][:: int(turned)]
-        assert [one.motion.impacts_right, one.motion.impacts_left] == counts
+        assert [run.motion.impacts_right, run.motion.impacts_left] == counts

@@ -73,8 +73,8 @@ def test_a_contact_between_two_masses_has_all_printed_digits() -> None:
 def test_chatter_and_release_have_all_printed_digits(name: str, run: GeneralOracle, omega: str) -> None:
     figure = FIGURES[name]
     run.run(until=after_periods(6, omega))
-    for kind, found in (("accumulation", run.rests), ("release", run.releases)):
-        assert_printed(found, [time for which, time, _ in figure["events"] if which == kind])
+    for kind, times in (("accumulation", run.rests), ("release", run.releases)):
+        assert_printed(times, [time for which, time, _ in figure["events"] if which == kind])
     assert run.held_on == [stop for which, _, stop in figure["events"] if which == "accumulation"]
     first = figure["first_impacts"]
     assert_printed(run.times[: len(first)], [time for time, _, _ in first])
@@ -84,7 +84,7 @@ def test_chatter_and_release_have_all_printed_digits(name: str, run: GeneralOrac
 
 
 def test_printed_orbits_repeat() -> None:
-    orbits = [one | {"gap": one["effective_gap"]} for one in FIGURES["coco/orbits"]]
+    orbits = [orbit | {"gap": orbit["effective_gap"]} for orbit in FIGURES["coco/orbits"]]
     book = FIGURES["coco/book_orbit"]
     of_book = {"omega": "1", "n": 1, "v": book["v_before"], "gap": "1", "impact_phase_wt": book["impact_time_mod_2pi"]}
     for orbit in [*orbits, of_book]:
@@ -144,9 +144,9 @@ def test_a_chain_moves_as_in_its_own_simulator() -> None:
     general = GeneralOracle.between(chain, 0.29, 1.6)
     general.run(20)
     assert general.stops == event.stops
-    for found, expected in ((general.times, event.times), (general.speeds, event.speeds)):
+    for values, expected in ((general.times, event.times), (general.speeds, event.speeds)):
         with mp.workdps(50):
-            assert all(abs(mp.mpf(a.str(50, radius=False)) - b) < 1e-36 for a, b in zip(found, expected, strict=True))
+            assert all(abs(mp.mpf(a.str(50, radius=False)) - b) < 1e-36 for a, b in zip(values, expected, strict=True))
 
 
 def test_a_chain_and_its_matrices_move_alike() -> None:
@@ -154,7 +154,7 @@ def test_a_chain_and_its_matrices_move_alike() -> None:
     dense = Oscillator.of_structure(
         Matrices.create(chain.mass_matrix, chain.stiffness_matrix, chain.damping_matrix), [1, 0, 0], chain.drive, 0.5
     )
-    runs = [GeneralOracle.of(one, 0.29, 1.6, 1.6) for one in (chain, dense)]
+    runs = [GeneralOracle.of(oscillator, 0.29, 1.6, 1.6) for oscillator in (chain, dense)]
     for run in runs:
         run.run(30)
     assert_equal_to(runs[0].times, runs[1].times, 1e-50)
@@ -201,6 +201,6 @@ def test_laws_of_forces_are_evaluated_in_multi_precision() -> None:
     with digits(60):
         w, (stiffness, rate) = arb(0.29), chain.ground_forces(np.ones(3))
         expected = [acb(0.5 * stiffness[2], w * arb(0.5 * rate[2])), 4 * w * w * arb(0.3)]
-        found = [run.harmonics[0][1][2], run.harmonics[1][1][0]]
-        assert all(abs(a - b) < 1e-55 for a, b in zip(found, expected, strict=True))
+        amplitudes = [run.harmonics[0][1][2], run.harmonics[1][1][0]]
+        assert all(abs(a - b) < 1e-55 for a, b in zip(amplitudes, expected, strict=True))
     assert [order for order, _ in run.harmonics] == [1, 2]

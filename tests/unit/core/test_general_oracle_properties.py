@@ -104,8 +104,8 @@ def test_mirror_images_and_twice_the_contact_row_and_gaps_change_no_time(seed: i
         gaps=run.gaps[::-1],
     )
     doubled = replace(run, contact=[2 * h for h in run.contact], gaps=tuple(2 * gap for gap in run.gaps))
-    for one in (run, mirrored, doubled):
-        one.run(60, 30.0)
+    for oracle in (run, mirrored, doubled):
+        oracle.run(60, 30.0)
     assert len(run.times) > 8
     for image, side, speeds in ((mirrored, -1, -1), (doubled, 1, 2)):
         assert image.stops == [side * stop for stop in run.stops]
@@ -217,11 +217,11 @@ def test_pieces_of_a_run_are_the_run() -> None:
 def test_a_lowest_value_decides_whether_a_series_falls_to_zero(depth: float) -> None:
     with digits(50):
         a, d = arb(0.3), arb(depth)
-        found = first_fall([a * a + d, -2 * a, arb(1)], 1.0, Precision(50, arb(1e-45)))
+        fall = first_fall([a * a + d, -2 * a, arb(1)], 1.0, Precision(50, arb(1e-45)))
         expected = None if depth > 0 else a - (-d).sqrt()
-        assert (found is None) == (expected is None)
-        if found is not None:
-            assert abs(found - expected) < 1e-30
+        assert (fall is None) == (expected is None)
+        if fall is not None:
+            assert abs(fall - expected) < 1e-30
         with pytest.raises(Undecided):
             first_fall([a * a, -2 * a, arb(1)], 1.0, Precision(50, arb(1e-45)))
 
@@ -229,9 +229,9 @@ def test_a_lowest_value_decides_whether_a_series_falls_to_zero(depth: float) -> 
 def test_a_zero_is_found_to_more_digits_than_a_float_has_exponents() -> None:
     with digits(1000):
         root = arb(2).sqrt().mid() - 1  # of 1 - 2 t - t^2
-        found = first_fall([arb(1), arb(-2), arb(-1)], 1.0, Precision(1000, power_of_ten(-1000)))
-        assert found is not None
-        assert abs(found - root) < power_of_ten(-990)
+        fall = first_fall([arb(1), arb(-2), arb(-1)], 1.0, Precision(1000, power_of_ten(-1000)))
+        assert fall is not None
+        assert abs(fall - root) < power_of_ten(-990)
 
 
 def test_a_contact_is_known_to_more_digits_than_a_float_has_exponents() -> None:

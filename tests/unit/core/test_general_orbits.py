@@ -43,11 +43,15 @@ def test_recorded_orbits_of_one_stop(name: str, oscillator: Oscillator) -> None:
     for known in FIGURES[f"{name}/orbits"]:
         omega, clearance = float(known["omega"]), (float(known["right_stop"]), None)
         family, _, stops = at_point(oscillator, omega, clearance, ImpactSequence.create(known["n"], [1], [0.0], [1.0]))
-        found = [
+        orbits = [
             periodic_orbit(oscillator, omega, clearance, guess)
             for guess in one_impact_sequences(family, stops, omega, 1)
         ]
-        (orbit,) = [one for one in found if one.impacts.velocities[0] == pytest.approx(float(known["v"]), rel=1e-11)]
+        (orbit,) = [
+            candidate
+            for candidate in orbits
+            if candidate.impacts.velocities[0] == pytest.approx(float(known["v"]), rel=1e-11)
+        ]
         assert math.remainder(orbit.phase - float(known["impact_phase_wt"]), 2.0 * math.pi) == pytest.approx(
             0.0, abs=1e-12
         )
@@ -87,10 +91,10 @@ def test_the_orbit_of_the_book() -> None:
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_random_systems_agree_with_fifty_digits(seed: int) -> None:
-    one, orbit = with_orbit(seed)
+    system, orbit = with_orbit(seed)
     assert orbit.verified
     assert not orbit.symmetric
-    exact = solved(one.oscillator, one.omega, one.clearance, orbit.impacts)
+    exact = solved(system.oscillator, system.omega, system.clearance, orbit.impacts)
     phase, speed = differences(exact, orbit.impacts)
     assert phase < 1e-13
     assert speed < 1e-13 * np.max(np.abs(orbit.impacts.velocities))
@@ -102,23 +106,23 @@ def test_random_systems_agree_with_fifty_digits(seed: int) -> None:
 @pytest.mark.parametrize("seed", SEEDS)
 def test_random_systems_agree_with_simulation(seed: int) -> None:
     """The trajectory from the orbit's state returns to it, with the multipliers of the linearised flow."""
-    one, orbit = with_orbit(seed)
+    system, orbit = with_orbit(seed)
     start, periods, count = orbit.start, 20 * orbit.impacts.period, len(orbit.impacts.stops)
     state = start.displacement, start.velocity
-    run = trajectory(one.oscillator, one.omega, one.clearance, *state, periods=periods, samples_per_period=1)
+    run = trajectory(system.oscillator, system.omega, system.clearance, *state, periods=periods, samples_per_period=1)
     assert len(run.impacts.time) == 20 * count
     impacts = np.roll(orbit.impacts.velocities, -int(np.argmin(orbit.impacts.phases % (2.0 * math.pi))))
     assert np.sort(run.impacts.velocity[-count:]) == pytest.approx(np.sort(impacts), rel=1e-9)
     assert run.displacement[:, 0] == pytest.approx(start.displacement, abs=1e-13 * np.max(np.abs(run.displacement)))
-    assert mismatch(orbit.multipliers, tangent_flow(one.oscillator, orbit).multipliers) < 1e-9
+    assert mismatch(orbit.multipliers, tangent_flow(system.oscillator, orbit).multipliers) < 1e-9
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_balances_of_momentum_and_energy(seed: int) -> None:
     """Over a period ``K mean(x) = bias + h mean(contact force)``; forces supply what damping and impacts lose."""
-    one, orbit = with_orbit(seed)
-    oscillator, impacts = one.oscillator, orbit.impacts
-    family, steady, _ = at_point(oscillator, one.omega, one.clearance, impacts)
+    system, orbit = with_orbit(seed)
+    oscillator, impacts = system.oscillator, orbit.impacts
+    family, steady, _ = at_point(oscillator, system.omega, system.clearance, impacts)
     turn = 2.0 * math.pi * impacts.period
     nodes, weights = np.polynomial.legendre.leggauss(24)
     place, supplied, lost = np.zeros(oscillator.size), 0.0, 0.0
@@ -127,16 +131,17 @@ def test_balances_of_momentum_and_energy(seed: int) -> None:
     for begin, end in itertools.pairwise(parts):
         for node, weight in zip(nodes, weights, strict=True):
             phase = 0.5 * (begin + end) + 0.5 * (end - begin) * node
-            ((x, v),) = states_at(family, one.omega, steady, impacts, [float(phase)])
+            ((x, v),) = states_at(family, system.omega, steady, impacts, [float(phase)])
             forces = sum(
-                (h.amplitudes(np.array([one.omega]))[0] * np.exp(1j * h.order * phase)).imag for h in oscillator.drive
+                (h.amplitudes(np.array([system.omega]))[0] * np.exp(1j * h.order * phase)).imag
+                for h in oscillator.drive
             )
             share = 0.5 * (end - begin) * weight / turn
             place += share * x
             supplied += share * float(forces @ v)
             lost += share * float(v @ oscillator.damping_matrix @ v)
     restitution = np.array([oscillator.restitution_of(stop) for stop in impacts.stops.tolist()])
-    period, mass = turn / one.omega, oscillator.effective_mass
+    period, mass = turn / system.omega, oscillator.effective_mass
     impulses = -(1.0 + restitution) * mass * impacts.velocities
     contact = oscillator.contact * np.sum(impulses) / period
     residual = oscillator.stiffness_matrix @ place - oscillator.bias - contact
@@ -148,9 +153,9 @@ def test_balances_of_momentum_and_energy(seed: int) -> None:
 @pytest.mark.parametrize("seed", [0, 5, 15, 18, 20])
 def test_the_mirror_image_and_other_units_of_the_contact(seed: int) -> None:
     """Exchanged stops with q -> -q, and the row and the clearances doubled, give the same orbit."""
-    one, orbit = with_orbit(seed)
-    right, left = one.clearance  # type: ignore[misc]
-    oscillator, impacts = one.oscillator, one.impacts
+    system, orbit = with_orbit(seed)
+    right, left = system.clearance  # type: ignore[misc]
+    oscillator, impacts = system.oscillator, system.impacts
     mirror = dataclasses.replace(
         oscillator,
         contact=-oscillator.contact,
@@ -158,16 +163,16 @@ def test_the_mirror_image_and_other_units_of_the_contact(seed: int) -> None:
         restitution_left=oscillator.restitution_of(1),
     )
     guess = ImpactSequence.create(impacts.period, -impacts.stops, impacts.phases, -impacts.velocities)
-    mirrored = periodic_orbit(mirror, one.omega, (left, right), guess)
+    mirrored = periodic_orbit(mirror, system.omega, (left, right), guess)
     np.testing.assert_array_equal(mirrored.impacts.phases, orbit.impacts.phases)
     np.testing.assert_array_equal(mirrored.impacts.velocities, -orbit.impacts.velocities)
     np.testing.assert_array_equal(mirrored.start.displacement, orbit.start.displacement)
     larger = dataclasses.replace(oscillator, contact=2.0 * oscillator.contact)
     doubled = [None if gap is None else 2.0 * gap for gap in (right, left)]
     guess = dataclasses.replace(impacts, velocities=2.0 * impacts.velocities)
-    found = periodic_orbit(larger, one.omega, (doubled[0], doubled[1]), guess)
-    np.testing.assert_allclose(found.impacts.phases, orbit.impacts.phases, rtol=0.0, atol=1e-14)
-    assert mismatch(found.multipliers, orbit.multipliers) < 1e-13
+    scaled = periodic_orbit(larger, system.omega, (doubled[0], doubled[1]), guess)
+    np.testing.assert_allclose(scaled.impacts.phases, orbit.impacts.phases, rtol=0.0, atol=1e-14)
+    assert mismatch(scaled.multipliers, orbit.multipliers) < 1e-13
 
 
 @pytest.mark.parametrize("kind", range(8))
@@ -184,7 +189,9 @@ def test_all_orbits_of_one_impact_are_found(kind: int) -> None:
             continue
         checked += 1
         gap = orbits.gap(phase)
-        assert min(abs(math.remainder(one - phase, 2.0 * math.pi)) for one in orbits.phases(gap)) < 1e-9
+        assert (
+            min(abs(math.remainder(impact_phase - phase, 2.0 * math.pi)) for impact_phase in orbits.phases(gap)) < 1e-9
+        )
         clearance = (gap + place, None) if stop > 0 else (None, gap + place)
         orbit = periodic_orbit(oscillator, omega, clearance, orbits.impacts(phase))
         assert orbit.converged
@@ -201,13 +208,13 @@ def test_all_orbits_of_one_impact_are_found(kind: int) -> None:
 
 @pytest.mark.parametrize("seed", [0, 8, 18])
 def test_orbits_with_an_impact_on_each_stop_are_found(seed: int) -> None:
-    one, orbit = with_orbit(seed)
+    system, orbit = with_orbit(seed)
     assert orbit.label == "1-1r-1l"
-    family, _, stops = at_point(one.oscillator, one.omega, one.clearance, orbit.impacts)
-    found = two_impact_sequences(family, stops, one.omega, int(orbit.impacts.stops[0]))
-    away = [np.max(np.abs(other.velocities - orbit.impacts.velocities)) for other in found]
+    family, _, stops = at_point(system.oscillator, system.omega, system.clearance, orbit.impacts)
+    sequences = two_impact_sequences(family, stops, system.omega, int(orbit.impacts.stops[0]))
+    away = [np.max(np.abs(other.velocities - orbit.impacts.velocities)) for other in sequences]
     assert min(away) < 1e-9
-    assert orbit_with(one.oscillator, one.omega, one.clearance, 1, orbit.impacts.stops.tolist()).admissible
+    assert orbit_with(system.oscillator, system.omega, system.clearance, 1, orbit.impacts.stops.tolist()).admissible
 
 
 def test_a_symmetric_guess_stands_for_the_whole_motion_between_unequal_stops() -> None:
@@ -227,11 +234,11 @@ def test_a_bias_is_a_change_of_the_clearances() -> None:
     """The orbit between 1.3 and 1.31 is that between equal stops with a bias that moves the equilibrium by 0.005."""
     push = np.array([0.005, 0.0, 0.0]) / np.linalg.inv(DEFAULT.stiffness_matrix)[0, 0]
     biased = dataclasses.replace(DEFAULT, bias=push)
-    one = orbit_with(DEFAULT, 0.27, (1.3, 1.31), 1, [1, -1])
-    other = periodic_orbit(biased, 0.27, 1.305, one.impacts)
-    np.testing.assert_allclose(other.impacts.phases, one.impacts.phases, rtol=0.0, atol=1e-13)
-    assert mismatch(other.multipliers, one.multipliers) < 1e-12
-    moved = other.start.displacement - one.start.displacement
+    orbit = orbit_with(DEFAULT, 0.27, (1.3, 1.31), 1, [1, -1])
+    other = periodic_orbit(biased, 0.27, 1.305, orbit.impacts)
+    np.testing.assert_allclose(other.impacts.phases, orbit.impacts.phases, rtol=0.0, atol=1e-13)
+    assert mismatch(other.multipliers, orbit.multipliers) < 1e-12
+    moved = other.start.displacement - orbit.start.displacement
     np.testing.assert_allclose(moved, np.linalg.solve(DEFAULT.stiffness_matrix, push), rtol=0.0, atol=1e-13)
 
 

@@ -76,8 +76,8 @@ def test_plain_double_precision_fails_the_same_comparison(monkeypatch):
     def plain(links, omega, forces, row):
         chain = ModelChain(links.masses, links.stiffnesses, links.link_damping, None)
         matrix = chain.stiffness_matrix - omega[0] ** 2 * chain.mass_matrix + 1j * omega[0] * chain.damping_matrix
-        found = np.linalg.solve(matrix, forces[0])[None]
-        return found, found @ row, np.array([tridiagonal.REFINED])
+        amplitudes = np.linalg.solve(matrix, forces[0])[None]
+        return amplitudes, amplitudes @ row, np.array([tridiagonal.REFINED])
 
     monkeypatch.setattr("grazemap_core.model.chain.steady_amplitudes", plain)
     assert largest_error_of_random_systems(1000) > 1e-13

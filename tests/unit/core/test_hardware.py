@@ -74,16 +74,16 @@ def exact_chatter(clearance: float) -> GeneralOracle:
     return exact
 
 
-def assert_exact(found: Arrays) -> None:
+def assert_exact(arrays: Arrays) -> None:
     """Assert what multi-precision arithmetic and closed forms say of it."""
     default = Oscillator.create(*DEFAULT)
     amplification = lockstep_amplification(default, OMEGA, CLEARANCES)
-    for point in compare_lockstep(default, OMEGA, CLEARANCES, amplification, events(found, "first")):
+    for point in compare_lockstep(default, OMEGA, CLEARANCES, amplification, events(arrays, "first")):
         assert point.complete
         assert point.worst < 1e-15
 
     half_period = math.pi / SLOW_OMEGA
-    chatter = events(found, "chatter")
+    chatter = events(arrays, "chatter")
     for lane, clearance in enumerate(SLOW_CLEARANCES.tolist()):
         exact = exact_chatter(clearance)
         last = int(np.argmax(chatter.kind[lane] == CHATTER))
@@ -94,42 +94,42 @@ def assert_exact(found: Arrays) -> None:
         expected = [float(t) for t in [*exact.times[: last + 1], exact.releases[0]]]
         np.testing.assert_allclose(time[: last + 2], expected, rtol=0, atol=1e-12)
         if lane == 0:
-            np.testing.assert_array_equal(found["sticking.stop"], exact.held_on)
+            np.testing.assert_array_equal(arrays["sticking.stop"], exact.held_on)
             for name, times in (("start", exact.rests), ("stop_time", exact.releases)):
-                np.testing.assert_allclose(found[f"sticking.{name}"], [float(t) for t in times], rtol=0, atol=1e-12)
+                np.testing.assert_allclose(arrays[f"sticking.{name}"], [float(t) for t in times], rtol=0, atol=1e-12)
 
     reference = GeneralOracle.between(default, OMEGA, 1.6)
-    reference.run(len(found["reference.time"]))
+    reference.run(len(arrays["reference.time"]))
     assert len(reference.times) >= 6
     np.testing.assert_allclose(
-        found["reference.time"], [float(t) for t in reference.times], rtol=0, atol=1e-13 * 2 * math.pi / OMEGA
+        arrays["reference.time"], [float(t) for t in reference.times], rtol=0, atol=1e-13 * 2 * math.pi / OMEGA
     )
     # every impact takes R^2 off the volume, the damping e^(-trace(M^-1 C)) in a unit of time
     end = TANGENT_PERIODS * 2 * math.pi / OMEGA
     impacts = sum(float(t) < end for t in reference.times)
     trace = np.trace(default.damping_matrix / default.masses[:, None])
-    sign, logarithm = np.linalg.slogdet(found["monodromy"])
+    sign, logarithm = np.linalg.slogdet(arrays["monodromy"])
     assert sign == 1.0
     assert logarithm == pytest.approx(
         2.0 * impacts * math.log(default.restitution) - end * trace,
-        abs=1e-15 * np.linalg.cond(found["monodromy"]) + 1e-12,
+        abs=1e-15 * np.linalg.cond(arrays["monodromy"]) + 1e-12,
     )
 
 
-def assert_same(found: Arrays, here: Arrays) -> None:
+def assert_same(arrays: Arrays, here: Arrays) -> None:
     """Assert that it says the same as this machine's kernels, numbers to their round-off."""
-    assert found.keys() == here.keys()
+    assert arrays.keys() == here.keys()
     for name in DETERMINED:
-        np.testing.assert_array_equal(found[f"first.{name}"], here[f"first.{name}"])
+        np.testing.assert_array_equal(arrays[f"first.{name}"], here[f"first.{name}"])
     for name in ("kind", "reason", "period", "impacts_right", "impacts_left", "symmetric", "sticking"):
-        np.testing.assert_array_equal(found[f"map.{name}"], here[f"map.{name}"], err_msg=name)
+        np.testing.assert_array_equal(arrays[f"map.{name}"], here[f"map.{name}"], err_msg=name)
     assert np.count_nonzero(here["map.kind"]) >= 3
     # motions are named within 1e-8 of their limit (LIMIT_DISTANCE)
     name = "map.least_impact_velocity"
-    np.testing.assert_allclose(found[name], here[name], rtol=0, atol=1e-8)
-    np.testing.assert_allclose(found["reference.displacement"], here["reference.displacement"], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(arrays[name], here[name], rtol=0, atol=1e-8)
+    np.testing.assert_allclose(arrays["reference.displacement"], here["reference.displacement"], rtol=0, atol=1e-12)
     scale = np.abs(here["monodromy"]).max()
-    np.testing.assert_allclose(found["monodromy"], here["monodromy"], rtol=0, atol=1e-12 * scale)
+    np.testing.assert_allclose(arrays["monodromy"], here["monodromy"], rtol=0, atol=1e-12 * scale)
 
 
 @pytest.mark.hardware
@@ -138,9 +138,9 @@ def test_without_instruction_set_extensions_or_a_compiler_results_are_as_accurat
     (tmp_path / "vector").mkdir()
     vector = elsewhere(tmp_path / "vector", PLAIN, "small", "--vector-only")
     interpreted = elsewhere(tmp_path, INTERPRETED, "small")
-    for found in (vector, interpreted):
-        assert_exact(found)
-        assert_same(found, here)
+    for arrays in (vector, interpreted):
+        assert_exact(arrays)
+        assert_same(arrays, here)
     if X86:
         # without fused instructions the compiler has no freedom left
         for name, value in interpreted.items():
@@ -153,6 +153,6 @@ def test_without_instruction_set_extensions_or_a_compiler_results_are_as_accurat
 def test_every_kernel_compiled_for_another_machine_is_as_accurate(machine: str, tmp_path: Path) -> None:
     if machine != "generic" and not (X86 and binding.get_host_cpu_features().get("avx2")):
         pytest.skip("for processors with AVX2")
-    found = elsewhere(tmp_path, COMPILED[machine], "full")
-    assert_exact(found)
-    assert_same(found, compute("full"))
+    arrays = elsewhere(tmp_path, COMPILED[machine], "full")
+    assert_exact(arrays)
+    assert_same(arrays, compute("full"))

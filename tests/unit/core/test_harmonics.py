@@ -41,15 +41,15 @@ def test_maxima_phases_and_slopes_agree_with_fifty_digits(seed: int) -> None:
     oscillator, oracle = random_system(seed)
     omega = np.random.default_rng(seed).uniform(0.1, 2.5, 4)
     for stop, w in itertools.product((1, -1), omega.tolist()):
-        found = steady_motion(oscillator, np.array([w]), slopes=True).toward(stop)
+        maxima = steady_motion(oscillator, np.array([w]), slopes=True).toward(stop)
         grazes = stop_grazes(oscillator, [w], VariedStop(stop))
         with digits():
             best = oracle.maxima(arb(w), stop)[0]
             slope = oracle.slope(w, stop)
-        assert found.amplitude[0] == grazes.clearance[0] == pytest.approx(float(best.height), rel=1e-14)
-        assert np.exp(1j * found.phase[0]) == pytest.approx(np.exp(1j * float(best.phase)), abs=1e-12)
-        assert found.curvature[0] == pytest.approx(float(best.bend), rel=1e-12)
-        assert found.slope[0] == pytest.approx(slope, rel=1e-10)
+        assert maxima.amplitude[0] == grazes.clearance[0] == pytest.approx(float(best.height), rel=1e-14)
+        assert np.exp(1j * maxima.phase[0]) == pytest.approx(np.exp(1j * float(best.phase)), abs=1e-12)
+        assert maxima.curvature[0] == pytest.approx(float(best.bend), rel=1e-12)
+        assert maxima.slope[0] == pytest.approx(slope, rel=1e-10)
 
 
 @pytest.mark.parametrize("orders", [(1, 2), (1, 2, 3), (2, 5), (1, 40), (7, 11, 13), (1, 300)])
@@ -72,13 +72,13 @@ def test_no_highest_peak_is_missed(orders: tuple[int, ...]) -> None:
 def test_bounds_hold_over_intervals_of_omega(seed: int) -> None:
     oscillator, _ = random_system(seed)
     random, tightest = np.random.default_rng(seed), 0.0
-    for one, _ in itertools.product(oscillator.drive, range(5)):
+    for harmonic, _ in itertools.product(oscillator.drive, range(5)):
         left = random.uniform(0.05, 2.5)
         right = left * (1.0 + 10.0 ** random.uniform(-4, 0))
         omega, step = np.linspace(left, right, 101), 1e-5 * left
-        alone = replace(oscillator, drive=(one,))
+        alone = replace(oscillator, drive=(harmonic,))
         slopes = [steady_motion(alone, omega + side * step, slopes=True).slopes[:, 0] for side in (1, -1)]
-        bound = second_derivative_bound(oscillator, one, np.array([left]), np.array([right]))[0]
+        bound = second_derivative_bound(oscillator, harmonic, np.array([left]), np.array([right]))[0]
         share = np.max(np.abs(slopes[0] - slopes[1])) / (2.0 * step) / bound
         assert share < 1.0 + 1e-6
         tightest = max(tightest, share)
@@ -93,23 +93,23 @@ def test_relative_coefficients_stay_within_their_bounds(seed: int) -> None:
     radius = middle * 10.0 ** random.uniform(-5, -1, 200)
     motion = steady_motion(oscillator, middle, slopes=True)
     ends = middle - radius, middle + radius
-    bound = np.stack([second_derivative_bound(oscillator, one, *ends) for one in oscillator.drive], axis=1)
-    found = relative(Coefficients(motion.orders, motion.response, motion.slopes, bound, radius))
-    assert 50 < np.count_nonzero(found.exists) < 200
+    bound = np.stack([second_derivative_bound(oscillator, harmonic, *ends) for harmonic in oscillator.drive], axis=1)
+    ratios = relative(Coefficients(motion.orders, motion.response, motion.slopes, bound, radius))
+    assert 50 < np.count_nonzero(ratios.exists) < 200
     cells, tightest = np.arange(200), 0.0
     for share in (-1.0, -0.5, 0.5, 1.0):
         away = (share * radius)[:, None]
         there = steady_motion(oscillator, middle + away[:, 0]).response
-        change = np.log(there[cells, found.largest] / motion.response[cells, found.largest])[:, None]
-        turned = np.exp(-change.real - 1j * change.imag * motion.orders / motion.orders[found.largest][:, None])
-        seen = found.coefficients
+        change = np.log(there[cells, ratios.largest] / motion.response[cells, ratios.largest])[:, None]
+        turned = np.exp(-change.real - 1j * change.imag * motion.orders / motion.orders[ratios.largest][:, None])
+        seen = ratios.coefficients
         rest = np.abs(there * turned - seen.value - seen.slope * away)
         allowed = 0.5 * seen.bound * away**2 + 1e-14 * np.abs(motion.response).sum(axis=1, keepdims=True)
-        assert np.all((rest <= allowed)[found.exists])
-        tightest = max(tightest, np.max((rest / allowed)[found.exists]))
+        assert np.all((rest <= allowed)[ratios.exists])
+        tightest = max(tightest, np.max((rest / allowed)[ratios.exists]))
         scale = (np.exp(-change[:, 0].real) - 1.0) / away[:, 0]
-        least, most = np.sort(found.scale_rate, axis=0)
-        assert np.all(((scale >= least - 1e-9) & (scale <= most + 1e-9))[found.exists])
+        least, most = np.sort(ratios.scale_rate, axis=0)
+        assert np.all(((scale >= least - 1e-9) & (scale <= most + 1e-9))[ratios.exists])
     assert tightest > 0.1
 
 
@@ -126,20 +126,20 @@ def phase_jumps(oscillator: Oscillator, stop: int, start: float, end: float) -> 
 def test_every_corner_is_found_where_it_is_in_fifty_digits(seed: int) -> None:
     oscillator, oracle = random_system(seed)
     for stop in (1, -1):
-        found = equal_maxima(oscillator, stop, 0.1, 2.5)
-        omega = np.array([one.omega for one in found])
+        corners = equal_maxima(oscillator, stop, 0.1, 2.5)
+        omega = np.array([corner.omega for corner in corners])
         for left, right in phase_jumps(oscillator, stop, 0.1, 2.5):
             assert np.any((omega > left - 1e-12) & (omega < right + 1e-12)), (left, right)
-        for one in found:
+        for corner in corners:
             with digits():
-                place, *maxima = oracle.corner(one.omega, stop)
-                assert abs(float(place - arb(one.omega))) <= one.error + 1e-15
+                place, *maxima = oracle.corner(corner.omega, stop)
+                assert abs(float(place - arb(corner.omega))) <= corner.error + 1e-15
                 highest = oracle.amplitude(place, stop)
                 assert all(float(abs(each.height / highest - 1)) < 1e-30 for each in maxima)
-                slopes = [oracle.slope(one.omega * (1.0 + side * 1e-12), stop) for side in (-1, 1)]
-            assert one.slopes == pytest.approx(slopes, rel=1e-7)
+                slopes = [oracle.slope(corner.omega * (1.0 + side * 1e-12), stop) for side in (-1, 1)]
+            assert corner.slopes == pytest.approx(slopes, rel=1e-7)
             phases = {round(float(each.phase) % (2.0 * np.pi), 9) for each in maxima}
-            assert phases == {round(phase % (2.0 * np.pi), 9) for phase in one.phases}
+            assert phases == {round(phase % (2.0 * np.pi), 9) for phase in corner.phases}
 
 
 def test_corners_are_missed_where_bounds_are_too_small(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -158,13 +158,13 @@ def test_two_corners_that_merge_are_near_double_and_not_lost() -> None:
     two, none = 1.115315, 1.115316
     assert (len(corners(two)), len(corners(none))) == (2, 0)
     for _ in range(60):
-        found = corners(0.5 * (two + none))
-        if len(found) == 1:
+        coincidences = corners(0.5 * (two + none))
+        if len(coincidences) == 1:
             break
-        two, none = (0.5 * (two + none), none) if found else (two, 0.5 * (two + none))
-    (one,) = found
-    assert not one.simple
-    assert one.error < 1e-6
+        two, none = (0.5 * (two + none), none) if coincidences else (two, 0.5 * (two + none))
+    (coincidence,) = coincidences
+    assert not coincidence.simple
+    assert coincidence.error < 1e-6
 
 
 @pytest.mark.parametrize("stop", the_first(1, [1, -1]))
@@ -175,13 +175,13 @@ def test_every_double_graze_is_on_both_curves_in_fifty_digits(stop: int) -> None
         motion = steady_motion(oscillator, omega)
         amplitude, other = motion.toward(stop).amplitude, motion.toward(-stop).amplitude
         for varied in (VariedStop(stop, float(np.quantile(other, 0.6))), VariedStop(stop, together=True)):
-            found = vanishing_margins(oscillator, varied, 0.1, 2.5)
-            places = np.array([one.omega for one in found])
+            grazes = vanishing_margins(oscillator, varied, 0.1, 2.5)
+            places = np.array([graze.omega for graze in grazes])
             for i in np.flatnonzero(np.diff(np.sign(varied.margin(oscillator, amplitude, other)))):
                 assert np.any((places > omega[i] - 1e-12) & (places < omega[i + 1] + 1e-12))
-            for one in found[:4]:
+            for graze in grazes[:4]:
                 with digits():
-                    right, left = (oracle.amplitude(arb(one.omega), side) for side in (stop, -stop))
+                    right, left = (oracle.amplitude(arb(graze.omega), side) for side in (stop, -stop))
                     gap = right if varied.together else arb(varied.other or 0.0)
                     assert float(abs(left / gap - 1)) < 1e-12
 
@@ -324,7 +324,10 @@ def test_one_harmonic_of_another_order_is_the_first_one_of_a_multiple_of_omega(o
     slow, omega = chain((order, 1.0, 0.2)), np.linspace(0.05, 0.2, 30)
     fast = chain((1, 1.0, 0.2))
     for stop in (1, -1):
-        ours, theirs = (stop_grazes(one, w, VariedStop(stop, 1.3)) for one, w in ((slow, omega), (fast, order * omega)))
+        ours, theirs = (
+            stop_grazes(oscillator, w, VariedStop(stop, 1.3))
+            for oscillator, w in ((slow, omega), (fast, order * omega))
+        )
         for name in ("clearance", "margin", "first_recurrence"):
             assert getattr(ours, name).tolist() == getattr(theirs, name).tolist()
         assert np.exp(1j * order * ours.phase) == pytest.approx(np.exp(1j * theirs.phase), abs=1e-13)
@@ -358,8 +361,8 @@ def test_forces_of_odd_harmonics_graze_both_stops_at_once() -> None:
 
 def test_symmetric_motions_of_odd_harmonics_leave_as_the_acceleration_says() -> None:
     # the coefficients are those of one harmonic with the curvature of the graze in place of the amplitude
-    several, one = chain((1, 1.0, 0.0), (3, 0.2, 0.3)), chain((1, 1.0, 0.0))
-    for ours, plain in zip(*(resonant(oscillator) for oscillator in (several, one)), strict=True):
+    several, single = chain((1, 1.0, 0.0), (3, 0.2, 0.3)), chain((1, 1.0, 0.0))
+    for ours, plain in zip(*(resonant(oscillator) for oscillator in (several, single)), strict=True):
         assert ours.omega == plain.omega
         maxima = steady_motion(several, np.array([ours.omega])).toward(1)
         assert ours.unfolding is not None
@@ -383,14 +386,14 @@ def test_even_harmonics_need_one_stop(compute) -> None:
 def test_motions_near_a_graze_of_odd_harmonics_return_after_half_a_period_of_the_forces() -> None:
     tripled = chain((1, 1.0, 0.0), (3, 0.7, 0.3)), 0.29
     doubled = chain((2, 1.0, 0.0), (6, 0.7, 0.3)), 0.145
-    points = [grazing_point(*one) for one in (tripled, doubled)]
+    points = [grazing_point(*case) for case in (tripled, doubled)]
     for point, times in zip(points, (1, 2), strict=True):
         assert point.turn == np.pi / times
-        found = compare_returns(point, np.zeros(len(point.state)), 3, 1e-5 * point.amplitude, "exact")
-        assert np.all(found.error < 1e-11)
+        returns = compare_returns(point, np.zeros(len(point.state)), 3, 1e-5 * point.amplitude, "exact")
+        assert np.all(returns.error < 1e-11)
     np.testing.assert_allclose(points[1].state[:-1], points[0].state[:-1], rtol=0, atol=1e-13)
-    one, other = (next_contact(*(oscillator, [omega]), 1e-6) for oscillator, omega in (tripled, doubled))
-    assert (one.order, one.stop) == (other.order, other.stop)
+    contact, other = (next_contact(*(oscillator, [omega]), 1e-6) for oscillator, omega in (tripled, doubled))
+    assert (contact.order, contact.stop) == (other.order, other.stop)
     with pytest.raises(ParameterError, match="even and odd"):
         grazing_point(chain((1, 1.0, 0.0), (2, 0.7, 0.3)), 0.29)
 
@@ -398,11 +401,11 @@ def test_motions_near_a_graze_of_odd_harmonics_return_after_half_a_period_of_the
 @pytest.mark.parametrize("gamma", [1e-3, 1e-5, 1e-7])
 def test_corners_with_light_damping_are_found(gamma: float) -> None:
     # between the second and the third resonance of the chain; the two corners draw together as the damping falls
-    found = equal_maxima(chain((1, 1.0, 0.0), (4, 0.7, 0.3), gamma=gamma), 1, 0.511, 0.5125)
-    assert len(found) == 2
-    assert all(one.simple for one in found)
-    assert (found[1].omega - found[0].omega) / gamma == pytest.approx(0.881, abs=1e-3)
-    middle = 0.5 * (found[0].omega + found[1].omega)
+    corners = equal_maxima(chain((1, 1.0, 0.0), (4, 0.7, 0.3), gamma=gamma), 1, 0.511, 0.5125)
+    assert len(corners) == 2
+    assert all(corner.simple for corner in corners)
+    assert (corners[1].omega - corners[0].omega) / gamma == pytest.approx(0.881, abs=1e-3)
+    middle = 0.5 * (corners[0].omega + corners[1].omega)
     ends = middle - 0.55 * gamma, middle + 0.6 * gamma
     assert len(phase_jumps(chain((1, 1.0, 0.0), (4, 0.7, 0.3), gamma=gamma), 1, *ends)) == 2
 

@@ -36,10 +36,10 @@ def unit(oscillator: Oscillator, clearance: Clearance, *start: Any, omega: float
 
 
 def test_the_unit_of_length_is_the_first_length_that_is_not_zero() -> None:
-    one = (FREE, (0.0, None))
+    single = (FREE, (0.0, None))
     assert unit(FREE, (0.0, 3.0), [-0.5], [2.0]) == 1.5
-    assert unit(*one, [-0.5], [2.0]) == 0.5
-    assert unit(*one, [0.0], [-2.0]) == 0.5
+    assert unit(*single, [-0.5], [2.0]) == 0.5
+    assert unit(*single, [0.0], [-2.0]) == 0.5
     pair = (TOUCHING, (0.0, None))
     assert unit(*pair, [-3.0, 1.0], [1.0, 0.0]) == 4.0
     assert unit(*pair, [5.0, 5.0], [1.0, 3.0]) == 0.5
@@ -84,12 +84,12 @@ def test_what_nothing_moves_is_refused() -> None:
 def test_each_state_of_a_list_has_its_own_unit() -> None:
     states = [state([-1.0], [0.0]), state([0.0], [-3.0]), state([-1e-3], [2.0])]
     many = trajectories(FREE, 1.3, (0.0, None), states, periods=3)
-    for one, start in zip(many, states, strict=True):
+    for run, start in zip(many, states, strict=True):
         alone = trajectory(FREE, 1.3, (0.0, None), start.displacement, start.velocity, periods=3)
-        assert one.record.stops == alone.record.stops
-        np.testing.assert_array_equal(one.displacement, alone.displacement)
-        np.testing.assert_array_equal(one.impacts.time, alone.impacts.time)
-        assert len(one.impacts.time) > 5
+        assert run.record.stops == alone.record.stops
+        np.testing.assert_array_equal(run.displacement, alone.displacement)
+        np.testing.assert_array_equal(run.impacts.time, alone.impacts.time)
+        assert len(run.impacts.time) > 5
     assert linearised_run(FREE, 1.3, (0.0, None), np.array([-0.5]), None, 0.0).stops.unit == 0.5
 
 
@@ -111,28 +111,28 @@ def test_a_motion_in_other_units_of_length_is_the_same(scale: float) -> None:
 
 def test_a_mass_that_rests_without_any_force_is_not_undecided() -> None:
     inelastic = Oscillator.create([1.0], [1.0], 0.0, [0.0], 0.0)
-    found = trajectory(inelastic, 1.0, (0.0, None), np.array([-1.0]), periods=4)
-    assert found.sticking.start == pytest.approx([0.5 * math.pi], rel=1e-15)
-    assert found.sticking.stop_time == pytest.approx([8.0 * math.pi], rel=1e-15)
-    assert found.undecided == 0
+    run = trajectory(inelastic, 1.0, (0.0, None), np.array([-1.0]), periods=4)
+    assert run.sticking.start == pytest.approx([0.5 * math.pi], rel=1e-15)
+    assert run.sticking.stop_time == pytest.approx([8.0 * math.pi], rel=1e-15)
+    assert run.undecided == 0
 
 
 def test_a_rest_that_ends_where_it_begins_is_not_listed() -> None:
     # after the inelastic impact no force presses mass 1, and the others pull it off the stop
     chain = Oscillator.create([1.0, 1.0], [1.0, 1.0], 0.0, [0.0, 0.0], 0.0)
-    found = trajectory(chain, 1.0, (None, 0.0), np.zeros(2), np.array([-1.0, 0.5]), periods=1)
-    assert found.impacts.time[0] == 0.0
-    assert np.all(found.sticking.start > 0.0)
+    run = trajectory(chain, 1.0, (None, 0.0), np.zeros(2), np.array([-1.0, 0.5]), periods=1)
+    assert run.impacts.time[0] == 0.0
+    assert np.all(run.sticking.start > 0.0)
 
 
 @pytest.mark.parametrize("elastic", [0.3, 1.0])
 def test_masses_that_move_together_but_for_a_rounding_stay_together(elastic: float) -> None:
     stuck = Oscillator.of_structure(PAIR, [1.0, -1.0], [], elastic)
-    found = trajectory(stuck, 1.0, (0.0, None), np.zeros(2), np.array([0.1 + 0.2, 0.3]), periods=1)
-    assert len(found.time) == 201
-    assert found.sticking.start.tolist() == [0.0]
-    assert found.sticking.stop_time == pytest.approx([math.pi / math.sqrt(3.0)], rel=1e-14)
-    assert np.all(found.impacts.time > 1.0)
+    run = trajectory(stuck, 1.0, (0.0, None), np.zeros(2), np.array([0.1 + 0.2, 0.3]), periods=1)
+    assert len(run.time) == 201
+    assert run.sticking.start.tolist() == [0.0]
+    assert run.sticking.stop_time == pytest.approx([math.pi / math.sqrt(3.0)], rel=1e-14)
+    assert np.all(run.impacts.time > 1.0)
 
 
 # --- awkward states against 50 digits
@@ -197,25 +197,25 @@ def awkward(seed: int) -> tuple[Oscillator, float, Clearance, State]:
 def test_awkward_states_move_as_in_50_digits(seed: int) -> None:
     oscillator, omega, stops, start = awkward(seed)
     periods = max(1, int(3.0 * omega / math.sqrt(oscillator.stiffness_matrix[0, 0] / oscillator.mass_matrix[0, 0])))
-    found = trajectory(oscillator, omega, stops, start.displacement, start.velocity, periods=periods)
-    assert found.undecided == 0
+    run = trajectory(oscillator, omega, stops, start.displacement, start.velocity, periods=periods)
+    assert run.undecided == 0
     exact = GeneralOracle.of(
         oscillator, omega, *stops, displacement=start.displacement.tolist(), velocity=start.velocity.tolist()
     )
     exact.run(until=periods * 2.0 * math.pi / omega)
     size = np.max(np.abs(start.velocity)) + omega * np.max(np.abs(start.displacement))
-    chatters = np.flatnonzero(found.impacts.kind == "chatter")
+    chatters = np.flatnonzero(run.impacts.kind == "chatter")
     count = int(chatters[0]) + 1 if len(chatters) else len(exact.times)
     if not len(chatters):
-        assert len(found.impacts.time) == count
-    times, speeds = (np.array([float(one) for one in part[:count]]) for part in (exact.times, exact.speeds))
-    np.testing.assert_allclose(omega * found.impacts.time[:count], omega * times, rtol=0, atol=1e-11)
-    np.testing.assert_allclose(found.impacts.velocity[:count] / size, speeds / size, rtol=0, atol=1e-11)
-    assert len(found.sticking.start) == len(exact.rests)
+        assert len(run.impacts.time) == count
+    times, speeds = (np.array([float(value) for value in part[:count]]) for part in (exact.times, exact.speeds))
+    np.testing.assert_allclose(omega * run.impacts.time[:count], omega * times, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(run.impacts.velocity[:count] / size, speeds / size, rtol=0, atol=1e-11)
+    assert len(run.sticking.start) == len(exact.rests)
     for name, times in (("start", exact.rests), ("stop_time", exact.releases)):
-        kept = getattr(found.sticking, name)[: len(times)]
+        kept = getattr(run.sticking, name)[: len(times)]
         np.testing.assert_allclose(omega * kept, [omega * float(t) for t in times], rtol=0, atol=1e-10)
-    assert found.final is not None
+    assert run.final is not None
     x, v = exact.state().floats()
-    np.testing.assert_allclose(omega * found.final.displacement / size, omega * x / size, rtol=0, atol=1e-10)
-    np.testing.assert_allclose(found.final.velocity / size, v / size, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(omega * run.final.displacement / size, omega * x / size, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(run.final.velocity / size, v / size, rtol=0, atol=1e-10)

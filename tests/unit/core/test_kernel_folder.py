@@ -65,17 +65,17 @@ def cache_folders(modules: list[str], tmp_path: Path, when: str = "") -> dict[st
         text=True,
         check=True,
     )
-    found: dict[str, dict[str, str]] = {}
+    folders: dict[str, dict[str, str]] = {}
     for line in run.stdout.splitlines():
-        found |= json.loads(line)
-    return found
+        folders |= json.loads(line)
+    return folders
 
 
-def outside(found: dict[str, dict[str, str]], tmp_path: Path) -> list[str]:
+def outside(folders: dict[str, dict[str, str]], tmp_path: Path) -> list[str]:
     folder = tmp_path / folder_name()
     return [
         f"{module}.{name}"
-        for module, kernels in found.items()
+        for module, kernels in folders.items()
         for name, path in kernels.items()
         if not Path(path).is_relative_to(folder)
     ]
@@ -84,10 +84,10 @@ def outside(found: dict[str, dict[str, str]], tmp_path: Path) -> list[str]:
 @pytest.mark.thorough
 def test_every_module_of_kernels_keeps_machine_code_in_the_folder_of_the_fingerprint(tmp_path: Path) -> None:
     assert len(MODULES) > 35
-    found = cache_folders(MODULES, tmp_path)
-    assert sorted(found) == MODULES
-    assert all(found.values())
-    assert outside(found, tmp_path) == []
+    folders = cache_folders(MODULES, tmp_path)
+    assert sorted(folders) == MODULES
+    assert all(folders.values())
+    assert outside(folders, tmp_path) == []
 
 
 def test_a_kernel_defined_before_the_folder_is_chosen_is_detected(tmp_path: Path) -> None:
@@ -98,9 +98,9 @@ def test_a_kernel_defined_before_the_folder_is_chosen_is_detected(tmp_path: Path
 
 
 def test_the_folder_stays_when_numba_reads_its_settings_again(tmp_path: Path) -> None:
-    found = cache_folders(["grazemap_core.numerics.kernels.dense"], tmp_path, "read again")
-    assert any(found.values())
-    assert outside(found, tmp_path) == []
+    folders = cache_folders(["grazemap_core.numerics.kernels.dense"], tmp_path, "read again")
+    assert any(folders.values())
+    assert outside(folders, tmp_path) == []
 
 
 # Calls two kernels that compile quickly, each for a type of its own, and prints what was compiled.
@@ -138,9 +138,9 @@ def call(folder: Path, *arguments: str, **settings: str) -> subprocess.Popen[str
 def compiled(folder: Path, *arguments: str, **settings: str) -> tuple[list[str], str]:
     """Return the names of the kernels that a process has compiled, and what it said."""
     with call(folder, *arguments, **settings) as process:
-        said, errors = process.communicate()
+        output, errors = process.communicate()
     assert process.returncode == 0, errors
-    return said.split(), errors
+    return output.split(), errors
 
 
 def entries(folder: Path, name: str = "") -> list[Path]:
@@ -152,9 +152,9 @@ def test_a_damaged_entry_is_compiled_again_alone(tmp_path: Path) -> None:
     (damaged,) = entries(tmp_path, "copy_vector")
     content = damaged.read_bytes()
     damaged.write_bytes(content[:500] + bytes(1000) + content[1500:])
-    names, said = compiled(tmp_path)
+    names, errors = compiled(tmp_path)
     assert names == ["copy_vector"]
-    assert "is damaged and is compiled again" in said
+    assert "is damaged and is compiled again" in errors
     assert compiled(tmp_path) == ([], "")
 
 
@@ -170,8 +170,8 @@ def test_a_process_that_is_killed_while_it_compiles_leaves_what_it_had_compiled(
 @pytest.mark.thorough
 def test_two_processes_that_compile_for_different_types_at_once_leave_the_kernels_of_both(tmp_path: Path) -> None:
     soon = str(time.time() + 4.0)
-    with call(tmp_path, "after", soon) as one, call(tmp_path, "float32", "after", soon) as other:
-        for process in (one, other):
+    with call(tmp_path, "after", soon) as first, call(tmp_path, "float32", "after", soon) as other:
+        for process in (first, other):
             process.communicate()
             assert process.returncode == 0
     assert len(entries(tmp_path, "copy_vector")) == 2
@@ -196,9 +196,9 @@ def test_a_step_is_held_when_all_its_entries_are_whole(tmp_path: Path, monkeypat
 def test_without_space_for_an_entry_the_kernel_is_used_all_the_same(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with call(tmp_path / "file") as process:
-        _, said = process.communicate()
-    assert "a compiled kernel cannot be stored" in said
-    assert "NotADirectoryError" in said  # of the record of the step, after both calls
+        _, errors = process.communicate()
+    assert "a compiled kernel cannot be stored" in errors
+    assert "NotADirectoryError" in errors  # of the record of the step, after both calls
 
 
 @pytest.mark.thorough

@@ -36,7 +36,7 @@ NUDGE = 1e-9
 
 def alone(oscillator: Oscillator, omega: float, clearances: Floats, periods: int) -> list[Floats]:
     """The first events of every clearance by the scalar kernel, one row each."""
-    found = []
+    rows = []
     for clearance in clearances.tolist():
         forced = forced_oscillator(oscillator, omega, clearance)
         begun = start(forced, initial_state(forced, None, None, 0.0))
@@ -46,8 +46,8 @@ def alone(oscillator: Oscillator, omega: float, clearances: Floats, periods: int
             assert status == OK
             if work.cursor[EVENT_COUNT] >= 2 * FIRST:
                 break
-        found.append(work.events[: min(work.cursor[EVENT_COUNT], FIRST), :EVENT_COLUMNS])
-    return found
+        rows.append(work.events[: min(work.cursor[EVENT_COUNT], FIRST), :EVENT_COLUMNS])
+    return rows
 
 
 def compare(oscillator: Oscillator, omega: float, clearances: Floats, periods: int) -> float:
@@ -56,22 +56,22 @@ def compare(oscillator: Oscillator, omega: float, clearances: Floats, periods: i
     assert together.whole.all()
     half_period = np.pi / omega
     worst = 0.0
-    for lane, (one, nudged) in enumerate(
+    for lane, (events, nudged) in enumerate(
         zip(
             alone(oscillator, omega, clearances, periods),
             alone(oscillator, omega, clearances * (1.0 + NUDGE), periods),
             strict=True,
         )
     ):
-        count = len(one)
+        count = len(events)
         assert np.count_nonzero(together.half[lane] >= 0) == count, (omega, clearances[lane])
         # how many bounces of a complete chatter are followed depends on round-off
-        chatters = np.flatnonzero((one[:, KIND] == CHATTER) | (together.kind[lane, :count] == CHATTER))
+        chatters = np.flatnonzero((events[:, KIND] == CHATTER) | (together.kind[lane, :count] == CHATTER))
         count = min(count, chatters[0]) if len(chatters) else count
-        np.testing.assert_array_equal(together.stop[lane, :count], one[:count, 2])
-        np.testing.assert_array_equal(together.kind[lane, :count], one[:count, KIND])
+        np.testing.assert_array_equal(together.stop[lane, :count], events[:count, 2])
+        np.testing.assert_array_equal(together.kind[lane, :count], events[:count, KIND])
         time = together.half[lane, :count] * half_period + together.time[lane, :count]
-        expected = one[:count, 0] * half_period + one[:count, 1]
+        expected = events[:count, 0] * half_period + events[:count, 1]
         same = min(count, len(nudged))
         shift = abs(nudged[:same, 0] * half_period + nudged[:same, 1] - expected[:same]) / NUDGE
         if same == 0:
@@ -106,8 +106,8 @@ def test_random_chains_equal_the_scalar_kernel(masses: int) -> None:
         assert compare(oscillator, omega, clearances, 40) < 1000.0, case
 
 
-def same(one: Ensemble, other: Ensemble) -> None:
-    for name, value in one._asdict().items():
+def same(ensemble: Ensemble, other: Ensemble) -> None:
+    for name, value in ensemble._asdict().items():
         np.testing.assert_array_equal(value, getattr(other, name), err_msg=name)
 
 
@@ -137,9 +137,9 @@ def test_random_points_of_the_plane_have_the_impacts_of_48_digits_to_a_few_round
     points = 0
     for omega, clearances in plane_points(DEFAULT, 20, 10):
         amplification = lockstep_amplification(DEFAULT, omega, clearances)
-        for found in compare_lockstep(DEFAULT, omega, clearances, amplification):
-            assert found.complete
-            assert found.worst < 1e-15, found.error / found.amplification
+        for accuracy in compare_lockstep(DEFAULT, omega, clearances, amplification):
+            assert accuracy.complete
+            assert accuracy.worst < 1e-15, accuracy.error / accuracy.amplification
             points += 1
     assert points == 200
 
@@ -147,9 +147,9 @@ def test_random_points_of_the_plane_have_the_impacts_of_48_digits_to_a_few_round
 def test_the_rounding_estimate_of_these_points_agrees_with_48_digits() -> None:
     omega, clearances = plane_points(DEFAULT, 1, 2)[0]
     quick = lockstep_amplification(DEFAULT, omega, clearances)
-    for lane, found in enumerate(compare_lockstep(DEFAULT, omega, clearances)):
-        assert len(found.amplification) == FIRST
-        np.testing.assert_allclose(quick[lane], found.amplification, rtol=1e-3)
+    for lane, accuracy in enumerate(compare_lockstep(DEFAULT, omega, clearances)):
+        assert len(accuracy.amplification) == FIRST
+        np.testing.assert_allclose(quick[lane], accuracy.amplification, rtol=1e-3)
 
 
 def test_the_comparison_sees_a_missing_an_additional_and_a_late_impact() -> None:
@@ -159,9 +159,9 @@ def test_the_comparison_sees_a_missing_an_additional_and_a_late_impact() -> None
     late = right.time.copy()
     late[0, 3] += 1e-12
 
-    def planted(found: Ensemble, columns: object) -> list[Accuracy]:
-        parts = {name: getattr(found, name)[:, columns] for name in ("half", "time", "stop", "velocity", "kind")}
-        return compare_lockstep(DEFAULT, omega, clearances, np.ones((1, FIRST)), found._replace(**parts))
+    def planted(ensemble: Ensemble, columns: object) -> list[Accuracy]:
+        parts = {name: getattr(ensemble, name)[:, columns] for name in ("half", "time", "stop", "velocity", "kind")}
+        return compare_lockstep(DEFAULT, omega, clearances, np.ones((1, FIRST)), ensemble._replace(**parts))
 
     assert planted(right, slice(FIRST))[0].complete
     assert not planted(right, np.delete(np.arange(FIRST + 1), 5))[0].complete

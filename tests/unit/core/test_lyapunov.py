@@ -38,22 +38,22 @@ def test_on_a_periodic_point_the_exponent_is_that_of_its_multiplier() -> None:
     point = monodromy(DEFAULT, 0.29, 1.6)  # 1-2r-2l
     start = (point.displacement, point.velocity)
     assert (point.period, point.closing < 1e-13) == (1, True)
-    found = lyapunov_exponents(DEFAULT, 0.29, 1.6, *start, periods=2000, transient_periods=200)
-    assert found.first_weighted == pytest.approx(point.exponent, abs=1e-9)
-    np.testing.assert_allclose(found.final.displacement, point.displacement, atol=1e-10)
-    np.testing.assert_allclose(found.final.velocity, point.velocity, atol=1e-10)
+    exponents = lyapunov_exponents(DEFAULT, 0.29, 1.6, *start, periods=2000, transient_periods=200)
+    assert exponents.first_weighted == pytest.approx(point.exponent, abs=1e-9)
+    np.testing.assert_allclose(exponents.final.displacement, point.displacement, atol=1e-10)
+    np.testing.assert_allclose(exponents.final.velocity, point.velocity, atol=1e-10)
     # the plain mean only as c over the number of periods, with the c of where the columns began
     bare = lyapunov_exponents(DEFAULT, 0.29, 1.6, *start, periods=2000, transient_periods=0)
     away = np.abs(bare.running - point.exponent) * np.arange(1, 2001) * point.time
     assert np.all(away < 5.0)
     assert np.max(away[1000:]) > 0.1 * np.max(away)
-    assert found.kind == "unresolved"  # negative: not for this function to name
+    assert exponents.kind == "unresolved"  # negative: not for this function to name
 
 
 def test_where_every_change_dies_out_the_exponent_is_minus_infinity() -> None:
     oscillator = Oscillator.create([1.0], [1.0], 0.05, [1.0], 0.8)
-    found = lyapunov_exponents(oscillator, 0.2, 0.3, periods=40, transient_periods=10)
-    assert (found.first, found.second, found.kind) == (-math.inf, -math.inf, "unresolved")
+    exponents = lyapunov_exponents(oscillator, 0.2, 0.3, periods=40, transient_periods=10)
+    assert (exponents.first, exponents.second, exponents.kind) == (-math.inf, -math.inf, "unresolved")
 
 
 def test_growth_is_that_of_two_trajectories_in_30_digits() -> None:
@@ -64,23 +64,23 @@ def test_growth_is_that_of_two_trajectories_in_30_digits() -> None:
     assert oracle.impacts > 60
     for periods in (1, 4, 12):
         matrix = monodromy(ONE_MASS, omega, clearance, np.array([x]), np.array([v]), period=periods).matrix
-        found = math.log(np.linalg.norm(matrix @ direction) / np.linalg.norm(direction))
+        stretch = math.log(np.linalg.norm(matrix @ direction) / np.linalg.norm(direction))
         # the trajectory's own round-off grows as the change does, and within a period by more
         whole = np.sum(growth[:periods])
-        assert found == pytest.approx(whole, abs=1e-12 * math.exp(whole))
+        assert stretch == pytest.approx(whole, abs=1e-12 * math.exp(whole))
 
 
 def test_a_chaotic_exponent_and_its_error_bar_are_those_of_an_independent_30_digit_run() -> None:
     omega, clearance = CHAOS
-    found = lyapunov_exponents(ONE_MASS, omega, clearance, periods=20_000, transient_periods=200)
-    assert found.kind == "chaotic"
-    assert found.first_error < 0.01 * found.first
+    exponents = lyapunov_exponents(ONE_MASS, omega, clearance, periods=20_000, transient_periods=200)
+    assert exponents.kind == "chaotic"
+    assert exponents.first_error < 0.01 * exponents.first
     # another start, so another stretch of the attractor; its error from means of 50 periods
     growth = ChaosOracle(ONE_MASS, omega, clearance).growth(1.0, -0.3, (0.2, 1.0), 3050)[50:]
     means = growth.reshape(60, 50).mean(axis=1) * omega / (2.0 * math.pi)
     error = np.std(means, ddof=1) / math.sqrt(60)
-    assert error < 0.03 * found.first
-    assert abs(np.mean(means) - found.first) < 4.0 * math.hypot(error, found.first_error)
+    assert error < 0.03 * exponents.first
+    assert abs(np.mean(means) - exponents.first) < 4.0 * math.hypot(error, exponents.first_error)
     # the error bar itself: runs that share nothing but the attractor scatter by it
     runs = [
         lyapunov_exponents(ONE_MASS, omega, clearance, np.array([0.1 * k]), periods=2000, transient_periods=100)
@@ -88,8 +88,8 @@ def test_a_chaotic_exponent_and_its_error_bar_are_those_of_an_independent_30_dig
     ]
     scatter = np.std([run.first for run in runs], ddof=1)
     assert 0.6 < scatter / np.mean([run.first_error for run in runs]) < 1.6
-    assert abs(np.mean([run.first for run in runs]) - found.first) < 4.0 * math.hypot(
-        scatter / math.sqrt(24), found.first_error
+    assert abs(np.mean([run.first for run in runs]) - exponents.first) < 4.0 * math.hypot(
+        scatter / math.sqrt(24), exponents.first_error
     )
 
 
@@ -123,14 +123,14 @@ def test_two_trajectories_part_at_the_rate_of_the_exponent() -> None:
 
 def test_the_exponents_of_one_mass_add_up_to_the_loss_by_damping_and_impacts() -> None:
     omega, clearance = CHAOS
-    found = lyapunov_exponents(ONE_MASS, omega, clearance, periods=300, transient_periods=0)
+    exponents = lyapunov_exponents(ONE_MASS, omega, clearance, periods=300, transient_periods=0)
     run = linearised_run(ONE_MASS, omega, clearance, None, None, 0.0)
     impacts = 0
     for _ in range(600):
         run.advance(1, np.zeros((2, 0)))
         impacts += int(run.work.tally[FOLLOWED])
     expected = -0.04 + 2.0 * math.log(0.8) * impacts / (300 * run.period)
-    assert found.first + found.second == pytest.approx(expected, abs=1e-12)
+    assert exponents.first + exponents.second == pytest.approx(expected, abs=1e-12)
 
 
 @pytest.mark.parametrize("numbers", TORI)
@@ -155,7 +155,7 @@ def test_a_slow_spiral_is_no_torus(numbers: tuple) -> None:  # type: ignore[type
 def test_a_series_with_memory_is_within_three_standard_errors(memory: float, least: float) -> None:
     # with memory of a quarter of a window neighbouring windows depend on each other
     series = lfilter([1.0], [1.0, -memory], np.random.default_rng(3).normal(size=(4000, 600)), axis=1)[:, 100:]
-    means, errors = series.mean(axis=1), np.array([standard_error(one.copy(), 500) for one in series])
+    means, errors = series.mean(axis=1), np.array([standard_error(row.copy(), 500) for row in series])
     assert least < np.mean(np.abs(means) < 3.0 * errors)
     assert np.median(errors) < 1.3 * np.std(means)
 

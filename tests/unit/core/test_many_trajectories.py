@@ -21,43 +21,43 @@ from tests.support.refused import refused
 def states(oscillator: Oscillator, clearance: float, count: int) -> list[State]:
     """States of every kind: between the stops, on one and moving into it, and at rest on one; with several phases."""
     rng = np.random.default_rng(0)
-    found = []
+    starts = []
     for k in range(count):
         x, v = rng.uniform(-0.5, 0.5, (2, oscillator.size)) * clearance
         if k % 3:
             x[0] = clearance * (-1) ** k
         if k % 3 == 1:
             v[0] = 0.0
-        found.append(State(x, v, [0.0, 1.3, -2.0, 0.0, 50.0][k % 5]))
-    return found
+        starts.append(State(x, v, [0.0, 1.3, -2.0, 0.0, 50.0][k % 5]))
+    return starts
 
 
 @pytest.mark.parametrize("seed", [None, 8, 9, 31])
 def test_each_result_has_the_bytes_that_it_has_alone(seed: int | None) -> None:
     oscillator, omega, clearance = (DEFAULT, 0.29, 1.6) if seed is None else sticking_case(seed)
-    given = states(oscillator, clearance, 10)
+    starts = states(oscillator, clearance, 10)
     times = np.linspace(0.0, 5 * math.pi / omega, 40)
     kept = []
-    for state, one in zip(given, trajectories(oscillator, omega, clearance, given, 3, 1, times=times), strict=True):
+    for state, run in zip(starts, trajectories(oscillator, omega, clearance, starts, 3, 1, times=times), strict=True):
         alone = trajectory(
             oscillator, omega, clearance, state.displacement, state.velocity, state.phase, 3, 1, times=times
         )
         for name in ("time", "displacement", "velocity"):
-            np.testing.assert_array_equal(getattr(one, name), getattr(alone, name))
+            np.testing.assert_array_equal(getattr(run, name), getattr(alone, name))
         for events in ("impacts", "sticking"):
-            for name in vars(getattr(one, events)):
+            for name in vars(getattr(run, events)):
                 np.testing.assert_array_equal(
-                    getattr(getattr(one, events), name), getattr(getattr(alone, events), name)
+                    getattr(getattr(run, events), name), getattr(getattr(alone, events), name)
                 )
-        assert (one.motion, one.undecided) == (alone.motion, alone.undecided)
-        assert one.final is not None
+        assert (run.motion, run.undecided) == (alone.motion, alone.undecided)
+        assert run.final is not None
         assert alone.final is not None
-        np.testing.assert_array_equal(one.final.displacement, alone.final.displacement)
-        np.testing.assert_array_equal(one.final.velocity, alone.final.velocity)
-        kept.append((one, alone))
+        np.testing.assert_array_equal(run.final.displacement, alone.final.displacement)
+        np.testing.assert_array_equal(run.final.velocity, alone.final.velocity)
+        kept.append((run, alone))
     # none is changed by those that came after it
-    for one, alone in kept:
-        np.testing.assert_array_equal(one.at(times)[0], alone.displacement)
+    for run, alone in kept:
+        np.testing.assert_array_equal(run.at(times)[0], alone.displacement)
 
 
 def test_what_several_states_share_is_prepared_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -86,9 +86,9 @@ def test_a_problem_shifted_to_a_phase_equals_the_one_made_for_it(size: int) -> N
             getattr(turned[1], name)[...] = math.nan
             getattr(made[1], name)[...] = math.nan
             assert np.all(np.isfinite(getattr(forced.problems(phase)[1], name)))
-        for one, other in zip(made, turned, strict=True):
-            for name in one._fields:
-                np.testing.assert_array_equal(getattr(one, name), getattr(other, name), err_msg=name)
+        for part, other in zip(made, turned, strict=True):
+            for name in part._fields:
+                np.testing.assert_array_equal(getattr(part, name), getattr(other, name), err_msg=name)
 
 
 def test_a_refused_state_is_named_before_any_is_simulated() -> None:
@@ -109,9 +109,9 @@ def test_trajectories_of_one_oscillator_share_its_models(monkeypatch):
     oscillator, calls = Oscillator.create([1.0, 2.0], [1.0, 1.0], 0.1, [1.0, 0.0], 0.6), []
     held = preparation.held_structure
 
-    def counted(one):
-        calls.append(one)
-        return held(one)
+    def counted(chain):
+        calls.append(chain)
+        return held(chain)
 
     monkeypatch.setattr(preparation, "held_structure", counted)
     known = preparation._fixed_arrays.cache_info().hits

@@ -51,15 +51,15 @@ def without_orbit() -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
 
 @pytest.mark.thorough
 def test_every_border_near_the_codimension_two_point_is_explained():
-    arrays, found = near_the_point()
+    arrays, borders = near_the_point()
     many, few = (choose(arrays["impacts_right"], arrays["impacts_left"]) for choose in (np.maximum, np.minimum))
     codes = np.stack([arrays["period"], many, few, arrays["symmetric"]], axis=-1)
-    steps = explained_steps(arrays, codes, found)
+    steps = explained_steps(arrays, codes, borders)
     assert steps > 200
-    assert count(found, "curve") > 0.9 * steps
-    assert count(found, "coexistence") > 0
-    assert {curve.type for curve in found.curves} == {"SN", "PD", "SB", "NS", "GR"}
-    np.testing.assert_array_equal(found.curve >= 0, found.explanation == EXPLANATIONS.index("curve"))
+    assert count(borders, "curve") > 0.9 * steps
+    assert count(borders, "coexistence") > 0
+    assert {curve.type for curve in borders.curves} == {"SN", "PD", "SB", "NS", "GR"}
+    np.testing.assert_array_equal(borders.curve >= 0, borders.explanation == EXPLANATIONS.index("curve"))
 
 
 @pytest.mark.thorough
@@ -73,33 +73,33 @@ def test_curves_of_motions_with_one_impact_are_the_closed_form_s():
             special = one_impact_branch(DEFAULT, float(omega), 1).special_points
             known = [point.clearance for point in special if point.type == curve.type]
             if curve.orbits.velocities.shape[1] == 1 and known:
-                assert min(abs(clearance - one) for one in known) < 1e-9
+                assert min(abs(clearance - exact) for exact in known) < 1e-9
                 compared[curve.type] += 1
             elif curve.type == "GR" and known:  # with the contact that appears
-                assert min(abs(clearance - one) for one in known) < 1e-9
+                assert min(abs(clearance - exact) for exact in known) < 1e-9
                 compared["GR"] += 1
     assert min(compared.values()) > 0
 
 
 @pytest.mark.thorough
 def test_the_steady_motion_ends_on_the_grazing_curve():
-    _, found = near_the_point()
-    grazing = next(curve for curve in found.curves if curve.orbits is None)
+    _, borders = near_the_point()
+    grazing = next(curve for curve in borders.curves if curve.orbits is None)
     assert grazing.name.without_impacts
     amplitude = np.abs(steady_response(DEFAULT, grazing.horizontal)[:, 0])
     np.testing.assert_allclose(grazing.vertical, amplitude, rtol=1e-14)
-    explained = np.flatnonzero(found.curve == found.curves.index(grazing))
+    explained = np.flatnonzero(borders.curve == borders.curves.index(grazing))
     assert len(explained) > 20
 
 
 @pytest.mark.thorough
 def test_where_motions_coexist_a_trajectory_of_each_keeps_it_one_step_further():
     """The one of the pair's other point is started where the one from rest has ended at the first."""
-    arrays, found = near_the_point()
-    chosen = np.flatnonzero(found.explanation == EXPLANATIONS.index("coexistence"))
+    arrays, borders = near_the_point()
+    chosen = np.flatnonzero(borders.explanation == EXPLANATIONS.index("coexistence"))
     stayed = 0
     for k in chosen:
-        row, column, along = int(found.row[k]), int(found.column[k]), int(found.along[k])
+        row, column, along = int(borders.row[k]), int(borders.column[k]), int(borders.along[k])
         points = [(row, column), (row + 1 - along, column + along)]
         for point, other in (points, points[::-1]):
             run = trajectory(DEFAULT, OMEGA[point[1]], CLEARANCE[point[0]], transient_periods=600, samples_per_period=1)
@@ -117,7 +117,7 @@ def test_where_motions_coexist_a_trajectory_of_each_keeps_it_one_step_further():
                 transient_periods=600,
                 samples_per_period=1,
             )
-            names = [(one.motion.period, one.motion.impacts_right, one.motion.impacts_left) for one in (run, later)]
+            names = [(path.motion.period, path.motion.impacts_right, path.motion.impacts_left) for path in (run, later)]
             stayed += names[0] == names[1] and names[0][0] == arrays["period"][point]
     assert stayed >= 1.5 * len(chosen)  # of two each; a step may lead out of a narrow basin
 
@@ -127,7 +127,8 @@ def test_every_point_of_a_region_has_the_orbit_of_its_closed_form():
     arrays, _ = near_the_point()
     regions = Regions(MotionGrid.of(Plane.of(DEFAULT, OMEGA, CLEARANCE), arrays))
     (largest, *_) = sorted(
-        (region for region in regions.found if region.name == IMPACT_ON_ONE_STOP), key=lambda one: -len(one.orbits)
+        (region for region in regions.found if region.name == IMPACT_ON_ONE_STOP),
+        key=lambda region: -len(region.orbits),
     )
     assert len(largest.orbits) > 400
     for row, column in list(largest.orbits)[::40]:
@@ -143,19 +144,19 @@ def test_every_point_of_a_region_has_the_orbit_of_its_closed_form():
 
 def test_a_motion_that_is_not_found_leaves_its_borders_unexplained():
     omega, clearance, wrong = without_orbit()
-    found = map_borders(Plane.of(DEFAULT, omega, clearance), wrong)
-    assert len(found.row) == count(found, "unexplained") == 4
-    assert {BORDER_REASONS[reason] for reason in found.reason} == {BORDER_REASONS[1]}
-    np.testing.assert_array_equal(np.argwhere(found.without_orbit), [[1, 2]])
+    borders = map_borders(Plane.of(DEFAULT, omega, clearance), wrong)
+    assert len(borders.row) == count(borders, "unexplained") == 4
+    assert {BORDER_REASONS[reason] for reason in borders.reason} == {BORDER_REASONS[1]}
+    np.testing.assert_array_equal(np.argwhere(borders.without_orbit), [[1, 2]])
 
 
 @pytest.mark.parametrize("values", [{"sticking": True}, {"impacts_left": INFINITE}])
 def test_a_motion_with_rests_gives_the_reason_why_it_is_not_followed(values):
     omega, clearance, arrays = calm()
     wrong = planted(arrays, (1, 2), impacts_right=1, least_impact_velocity=0.0, **values)
-    found = map_borders(Plane.of(DEFAULT, omega, clearance), wrong)
-    assert count(found, "unexplained") == 4
-    assert all("rests" in BORDER_REASONS[reason] for reason in found.reason)
+    borders = map_borders(Plane.of(DEFAULT, omega, clearance), wrong)
+    assert count(borders, "unexplained") == 4
+    assert all("rests" in BORDER_REASONS[reason] for reason in borders.reason)
 
 
 def test_a_map_with_one_motion_has_no_borders_and_a_chaotic_point_in_it_is_counted_separately():
@@ -164,10 +165,10 @@ def test_a_map_with_one_motion_has_no_borders_and_a_chaotic_point_in_it_is_count
     told = []
     strange = planted(arrays, (0, 0), kind=KINDS.index("chaotic"))
     strange["kind"][0, 1] = KINDS.index("unresolved")
-    found = map_borders(Plane.of(DEFAULT, omega, clearance), strange, lambda done, total: told.append((done, total)))
-    assert count(found, "goes on", regular=False) == len(found.row) == 3
-    assert not found.regular.any()
-    assert found.irregular_pairs == 1
+    borders = map_borders(Plane.of(DEFAULT, omega, clearance), strange, lambda done, total: told.append((done, total)))
+    assert count(borders, "goes on", regular=False) == len(borders.row) == 3
+    assert not borders.regular.any()
+    assert borders.irregular_pairs == 1
     assert told == []
 
 
@@ -181,7 +182,7 @@ def small(rows: int = 8, columns: int = 8) -> tuple[Plane, dict[str, Any]]:
 def test_progress_is_reported_in_steps_that_increase_and_end_before_the_total():
     told: list[tuple[int, int]] = []
     map_borders(*small(), lambda done, total: told.append((done, total)))
-    done = [one for one, _ in told]
+    done = [step for step, _ in told]
     assert {total for _, total in told} == {1000}
     assert done == sorted(set(done))
     assert done[0] > 0
@@ -196,19 +197,19 @@ def test_borders_that_exceed_the_work_limit_give_this_reason(monkeypatch, bound,
     free = map_borders(*small())
     assert count(free, "unexplained") == 0
     monkeypatch.setattr(f"grazemap_core.maps.tolerances.{bound}", 1)
-    found = map_borders(*small())
-    assert len(found.row) == len(free.row)
-    left = found.explanation == EXPLANATIONS.index("unexplained")
+    borders = map_borders(*small())
+    assert len(borders.row) == len(free.row)
+    left = borders.explanation == EXPLANATIONS.index("unexplained")
     assert np.count_nonzero(left) > 10
-    assert all(words in BORDER_REASONS[reason] for reason in found.reason[left])
-    assert [curve.type for curve in found.curves if curve.orbits is not None] == []
-    assert count(found, "curve") > 0  # the grazing curve takes nothing
+    assert all(words in BORDER_REASONS[reason] for reason in borders.reason[left])
+    assert [curve.type for curve in borders.curves if curve.orbits is not None] == []
+    assert count(borders, "curve") > 0  # the grazing curve takes nothing
 
 
 def test_more_impacts_are_followed_over_fewer_orbits(monkeypatch):
     monkeypatch.setattr("grazemap_core.maps.tolerances.BORDER_WORK", 16**2 * 8)
-    found = map_borders(*small())
-    points = {curve.type: len(curve.horizontal) for curve in found.curves if curve.orbits is not None}
+    borders = map_borders(*small())
+    points = {curve.type: len(curve.horizontal) for curve in borders.curves if curve.orbits is not None}
     assert points["GR"] <= 2 * 8 + 1
     assert points["SB"] <= 2 * 4 + 1  # an orbit of its curve takes as much as two of others
 
@@ -224,10 +225,10 @@ def test_searches_among_random_states_are_bounded(monkeypatch):
 def test_borders_of_maps_of_two_by_two_points_are_explained_or_have_a_reason(restitution):
     oscillator = dataclasses.replace(DEFAULT, restitution=restitution)
     plane = Plane.of(oscillator, np.array([0.26, 0.3]), np.array([1.5, 2.05]))
-    found = map_borders(plane, unfolding_map_tile(plane))
-    explained = found.explanation != EXPLANATIONS.index("unexplained")
-    assert len(found.row) > 0
-    np.testing.assert_array_equal(explained, found.reason == 0)
+    borders = map_borders(plane, unfolding_map_tile(plane))
+    explained = borders.explanation != EXPLANATIONS.index("unexplained")
+    assert len(borders.row) > 0
+    np.testing.assert_array_equal(explained, borders.reason == 0)
 
 
 def test_an_orbit_with_another_slowest_impact_than_the_map_is_rejected():
@@ -236,9 +237,9 @@ def test_an_orbit_with_another_slowest_impact_than_the_map_is_rejected():
     assert np.all(arrays["impacts_right"] + arrays["impacts_left"] == 0)
     assert len(map_borders(Plane.of(DEFAULT, omega, clearance), arrays).row) == 0
     wrong = planted(arrays, (1, 1), least_impact_velocity=arrays["least_impact_velocity"][1, 1] * (1.0 + 1e-4))
-    found = map_borders(Plane.of(DEFAULT, omega, clearance), wrong)
-    np.testing.assert_array_equal(np.argwhere(found.without_orbit), [[1, 1]])
-    assert count(found, "unexplained") == 4
+    borders = map_borders(Plane.of(DEFAULT, omega, clearance), wrong)
+    np.testing.assert_array_equal(np.argwhere(borders.without_orbit), [[1, 1]])
+    assert count(borders, "unexplained") == 4
 
 
 def test_a_grid_that_is_not_the_map_s_is_refused():

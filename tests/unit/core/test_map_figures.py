@@ -29,10 +29,10 @@ PERIODIC, QUASI_PERIODIC, CHAOTIC, UNRESOLVED = (
 @pytest.mark.parametrize(("oscillator", "omega"), [(DEFAULT, 0.28), (DEFAULT, 0.45), (PER_LINK, 0.6), (STICKY, 0.3)])
 def test_multipliers_are_those_of_the_motion(oscillator: Oscillator, omega: float) -> None:
     clearances = np.linspace(0.5, 1.05, 36) * contact_amplitude(oscillator, omega)
-    found = unfolding_map_tile(Plane.of(oscillator, np.array([omega]), clearances))
+    tile = unfolding_map_tile(Plane.of(oscillator, np.array([omega]), clearances))
     compared = 0
-    for i in np.flatnonzero(found["kind"][:, 0] == PERIODIC):
-        period, multiplier = int(found["period"][i, 0]), found["multiplier"][i, 0]
+    for i in np.flatnonzero(tile["kind"][:, 0] == PERIODIC):
+        period, multiplier = int(tile["period"][i, 0]), tile["multiplier"][i, 0]
         try:
             expected = monodromy(oscillator, omega, clearances[i])
         except LinearisationError:  # without Newton's method it has not come close enough in as many periods
@@ -42,34 +42,34 @@ def test_multipliers_are_those_of_the_motion(oscillator: Oscillator, omega: floa
         largest = abs(expected.multipliers[0])
         assert multiplier == pytest.approx(largest, rel=1e-7, abs=1e-9), clearances[i]
         with np.errstate(divide="ignore"):
-            assert found["lyapunov"][i, 0] == pytest.approx(np.log(multiplier) / period, rel=1e-12)
+            assert tile["lyapunov"][i, 0] == pytest.approx(np.log(multiplier) / period, rel=1e-12)
         assert multiplier < 1.0
         compared += 1
     assert compared >= 12
-    assert found["sticking"].any() == (oscillator is STICKY)
+    assert tile["sticking"].any() == (oscillator is STICKY)
 
 
 def test_without_impacts_the_slowest_mode_gives_the_exponent() -> None:
     for oscillator, omega in ((DEFAULT, 0.29), (PER_LINK, 0.6)):
         clearance = 3.0 * contact_amplitude(oscillator, omega)
-        found = unfolding_map_tile(Plane.of(oscillator, np.array([omega]), np.array([clearance])))
-        assert found["impacts_right"][0, 0] == -1
+        tile = unfolding_map_tile(Plane.of(oscillator, np.array([omega]), np.array([clearance])))
+        assert tile["impacts_right"][0, 0] == -1
         expected = monodromy(oscillator, omega, clearance, period=1)
-        assert found["multiplier"][0, 0] == pytest.approx(abs(expected.multipliers[0]), rel=1e-11)
-        assert found["lyapunov"][0, 0] == pytest.approx(np.log(abs(expected.multipliers[0])), rel=1e-11)
+        assert tile["multiplier"][0, 0] == pytest.approx(abs(expected.multipliers[0]), rel=1e-11)
+        assert tile["lyapunov"][0, 0] == pytest.approx(np.log(abs(expected.multipliers[0])), rel=1e-11)
 
 
 def test_an_exponent_is_finite_where_its_multiplier_underflows() -> None:
-    found = unfolding_map_tile(Plane.of(DEFAULT, np.array([5e-5, 1e-4]), np.array([5.0])), 5, 1)
-    assert found["multiplier"][0, 0] == 0.0
-    assert found["lyapunov"][0, 0] == pytest.approx(2.0 * found["lyapunov"][0, 1], rel=1e-9)
-    assert np.isfinite(found["lyapunov"]).all()
+    tile = unfolding_map_tile(Plane.of(DEFAULT, np.array([5e-5, 1e-4]), np.array([5.0])), 5, 1)
+    assert tile["multiplier"][0, 0] == 0.0
+    assert tile["lyapunov"][0, 0] == pytest.approx(2.0 * tile["lyapunov"][0, 1], rel=1e-9)
+    assert np.isfinite(tile["lyapunov"]).all()
 
 
 def test_chaos_is_named_with_its_exponent() -> None:
     clearances = np.linspace(1.2, 2.1, 32)
-    found = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.28]), clearances))
-    chaotic = np.flatnonzero(found["kind"][:, 0] == CHAOTIC)
+    tile = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.28]), clearances))
+    chaotic = np.flatnonzero(tile["kind"][:, 0] == CHAOTIC)
     assert len(chaotic) >= 1
     for i in chaotic[:2]:
         expected = lyapunov_exponents(DEFAULT, 0.28, clearances[i], periods=1000, transient_periods=500)
@@ -77,16 +77,16 @@ def test_chaos_is_named_with_its_exponent() -> None:
         period = 2.0 * np.pi / 0.28
         # the map measures over half as long, so its error is larger by sqrt(2)
         assert (
-            abs(found["lyapunov"][i, 0] - expected.first * period) < 6.0 * np.sqrt(3.0) * expected.first_error * period
+            abs(tile["lyapunov"][i, 0] - expected.first * period) < 6.0 * np.sqrt(3.0) * expected.first_error * period
         )
-        assert found["lyapunov"][i, 0] > 0.0
-        assert found["lyapunov_error"][i, 0] == pytest.approx(
+        assert tile["lyapunov"][i, 0] > 0.0
+        assert tile["lyapunov_error"][i, 0] == pytest.approx(
             np.sqrt(2.0) * expected.first_error * period, rel=0.6
         )  # itself good to 13 % each, of a series that is correlated
-        assert np.isnan(found["multiplier"][i, 0])
-        assert found["period"][i, 0] == 0
-    periodic = found["kind"][:, 0] == PERIODIC
-    assert np.isnan(found["lyapunov_error"][periodic, 0]).all()
+        assert np.isnan(tile["multiplier"][i, 0])
+        assert tile["period"][i, 0] == 0
+    periodic = tile["kind"][:, 0] == PERIODIC
+    assert np.isnan(tile["lyapunov_error"][periodic, 0]).all()
 
 
 def test_chaos_with_uneven_growth_is_named() -> None:
@@ -122,19 +122,19 @@ def test_growth_along_lanes_is_that_along_one_trajectory() -> None:
 
 
 def test_a_torus_is_not_chaotic_where_the_growth_of_all_windows_is_the_same() -> None:
-    found = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.2860869565217391]), np.array([1.5010443864229766])))
-    assert found["kind"][0, 0] != CHAOTIC
-    assert abs(found["lyapunov"][0, 0]) < found["lyapunov_error"][0, 0]
+    tile = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.2860869565217391]), np.array([1.5010443864229766])))
+    assert tile["kind"][0, 0] != CHAOTIC
+    assert abs(tile["lyapunov"][0, 0]) < tile["lyapunov_error"][0, 0]
 
 
 @KERNELS_FIRST
 @pytest.mark.parametrize("numbers", TORI)
 def test_a_motion_on_a_torus_is_named(numbers: tuple) -> None:  # type: ignore[type-arg]
     oscillator, omega, clearance = Oscillator.create(*numbers[:5]), numbers[5], numbers[6]
-    found = unfolding_map_tile(Plane.of(oscillator, np.array([omega]), np.array([clearance])), max_periods=2500)
-    assert found["kind"][0, 0] == QUASI_PERIODIC
-    assert abs(found["lyapunov"][0, 0]) < 1e-3
-    assert found["settled_after"][0, 0] == -1
+    tile = unfolding_map_tile(Plane.of(oscillator, np.array([omega]), np.array([clearance])), max_periods=2500)
+    assert tile["kind"][0, 0] == QUASI_PERIODIC
+    assert abs(tile["lyapunov"][0, 0]) < 1e-3
+    assert tile["settled_after"][0, 0] == -1
 
 
 def test_verified_motions_are_those_that_trajectories_settle_to() -> None:
@@ -147,13 +147,13 @@ def test_verified_motions_are_those_that_trajectories_settle_to() -> None:
     assert named.mean() > 0.8
     assert (quick[lane_state.REASON] == 0).sum() >= (slow[lane_state.REASON] == 0).sum()
     same = quick[lane_state.PERIOD] == slow[lane_state.PERIOD]
-    for one, other in (
+    for row, other in (
         (lane_state.IMPACTS_RIGHT, lane_state.IMPACTS_LEFT),
         (lane_state.SYMMETRIC, lane_state.SYMMETRIC),
         (lane_state.STICKING, lane_state.STICKING),
     ):
-        same &= np.minimum(quick[one], quick[other]) == np.minimum(slow[one], slow[other])
-        same &= np.maximum(quick[one], quick[other]) == np.maximum(slow[one], slow[other])
+        same &= np.minimum(quick[row], quick[other]) == np.minimum(slow[row], slow[other])
+        same &= np.maximum(quick[row], quick[other]) == np.maximum(slow[row], slow[other])
     assert same[named].all()
     assert quick[lane_state.HALVES_RUN].sum() < slow[lane_state.HALVES_RUN].sum()
 
@@ -178,8 +178,8 @@ def test_a_sweep_follows_its_motion() -> None:
         after = maps[policy]["settled_after"][both], maps["rest"]["settled_after"][both]
         assert np.median(after[0]) < np.median(after[1])
     labels = {
-        policy: np.stack([found[name] for name in ("kind", "period", "impacts_right", "impacts_left")])
-        for policy, found in maps.items()
+        policy: np.stack([tile[name] for name in ("kind", "period", "impacts_right", "impacts_left")])
+        for policy, tile in maps.items()
     }
     assert (labels["sweep-up"] != labels["sweep-down"]).any()
 
@@ -188,7 +188,7 @@ def test_a_sweep_follows_its_motion() -> None:
 def test_a_sweep_continues_from_the_final_state_of_the_previous_point(policy: str) -> None:
     """The same sweep by single trajectories, each from the last one's end, settled to round-off."""
     omega, clearances = 0.27, np.linspace(1.6, 1.7, 6)
-    found = unfolding_map_tile(Plane.of(DEFAULT, np.array([omega]), clearances), policy=policy)
+    tile = unfolding_map_tile(Plane.of(DEFAULT, np.array([omega]), clearances), policy=policy)
     order = range(6) if policy == "sweep-up" else range(5, -1, -1)
     displacement, velocity = np.zeros(3), np.zeros(3)
     for i in order:
@@ -206,21 +206,21 @@ def test_a_sweep_continues_from_the_final_state_of_the_previous_point(policy: st
             samples_per_period=1,
         )
         displacement, velocity = whole.displacement[:, -1], whole.velocity[:, -1]
-        if KINDS[found["kind"][i, 0]] == whole.motion.kind == "periodic":
-            assert found["period"][i, 0] == whole.motion.period
-            assert sorted([found["impacts_right"][i, 0], found["impacts_left"][i, 0]]) == sorted(
+        if KINDS[tile["kind"][i, 0]] == whole.motion.kind == "periodic":
+            assert tile["period"][i, 0] == whole.motion.period
+            assert sorted([tile["impacts_right"][i, 0], tile["impacts_left"][i, 0]]) == sorted(
                 [whole.motion.impacts_right, whole.motion.impacts_left]
             )
 
 
 def test_an_ensemble_counts_the_motions_to_which_its_states_lead() -> None:
     omega, clearances = np.array([0.29]), np.array([1.9, 1.9927])
-    found = unfolding_map_tile(Plane.of(DEFAULT, omega, clearances), policy="ensemble", initial_conditions=12, seed=4)
+    tile = unfolding_map_tile(Plane.of(DEFAULT, omega, clearances), policy="ensemble", initial_conditions=12, seed=4)
     again = unfolding_map_tile(
         Plane.of(DEFAULT, omega, clearances[1:]), policy="ensemble", initial_conditions=12, seed=4
     )
     for name, array in again.items():
-        assert array.tobytes() == found[name][1:].tobytes(), name
+        assert array.tobytes() == tile[name][1:].tobytes(), name
     starts = np.random.default_rng(4).uniform(-1.0, 1.0, (12, 2, 3))
     # at the second, one touches no stop and one has the period 3
     for i, clearance in enumerate(clearances):
@@ -238,7 +238,7 @@ def test_an_ensemble_counts_the_motions_to_which_its_states_lead() -> None:
             )
             motions.append((whole.motion.period, *sorted([whole.motion.impacts_right, whole.motion.impacts_left])))
         counts = {motion: motions.count(motion) for motion in motions}
-        here = (found["period"][i, 0], *sorted([found["impacts_right"][i, 0], found["impacts_left"][i, 0]]))
-        assert found["share"][i, 0] == max(counts.values()) / 12.0 == counts[here] / 12.0
-        assert found["motions_found"][i, 0] == len(counts)
-    assert (found["motions_found"] > 1).any()
+        here = (tile["period"][i, 0], *sorted([tile["impacts_right"][i, 0], tile["impacts_left"][i, 0]]))
+        assert tile["share"][i, 0] == max(counts.values()) / 12.0 == counts[here] / 12.0
+        assert tile["motions_found"][i, 0] == len(counts)
+    assert (tile["motions_found"] > 1).any()

@@ -25,10 +25,10 @@ def first_named(orbit_point, impacts, halves: int, max_period: int = 32):  # typ
         work.tally[:3] = impacts(k)
         work.tally[MIN_UNPRESSED_SPEED] = work.tally[2]
         period_detection.record_half_period(ring, k, (1 if k % 2 == 0 else -1) * orbit_point(k), work)
-        said = period_detection.detect_period(problem, forced.stops, ring, 0, k, max_period, k, 1.6)
-        if said[0] == codes.RESOLVED:
-            return said, k
-    return said, None
+        outcome = period_detection.detect_period(problem, forced.stops, ring, 0, k, max_period, k, 1.6)
+        if outcome[0] == codes.RESOLVED:
+            return outcome, k
+    return outcome, None
 
 
 def spread(rng: np.random.Generator, m: int) -> np.ndarray:
@@ -41,13 +41,13 @@ def test_planted_orbits_get_their_minimum_period(m: int, rate: float) -> None:
     rng = np.random.default_rng(m)
     points, away = spread(rng, m), spread(rng, 1)[0]
     # one impact per half period, on stop A in even halves and on C in odd ones
-    said, k = first_named(
+    outcome, k = first_named(
         lambda k: points[k % m] + away * abs(rate) ** (k / m) * (np.sign(rate) ** (k // m)),
         lambda k: (1.0, 0.0, 0.3) if k % 2 == 1 else (0.0, 1.0, 0.3),
         halves=30_000,
     )
     assert k is not None
-    _, period, right, left, symmetric, least, _ = said
+    _, period, right, left, symmetric, least, _ = outcome
     assert period == (m if m % 2 else m // 2)
     assert symmetric == (m % 2 == 1)
     assert (right, left) == (period, period)
@@ -58,16 +58,16 @@ def test_slow_alternating_convergence_is_not_taken_for_a_doubled_period() -> Non
     rng = np.random.default_rng(1)
     point, away = spread(rng, 1)[0], spread(rng, 1)[0]
     for rate in (-0.9, -0.99, -0.997):
-        said, k = first_named(lambda k, r=rate: point + away * r**k, lambda k: (1.0, 1.0, 0.3), halves=20_000)
+        outcome, k = first_named(lambda k, r=rate: point + away * r**k, lambda k: (1.0, 1.0, 0.3), halves=20_000)
         assert k is not None
-        assert (said[1], said[4]) == (1, True)
+        assert (outcome[1], outcome[4]) == (1, True)
 
 
 def test_a_slow_drift_that_resembles_closing_is_not_named() -> None:
     point, away = np.ones((3, 2)), np.full((3, 2), 1e-10)
-    said, k = first_named(lambda k: point + away * k, lambda k: (1.0, 1.0, 0.3), halves=500)
+    outcome, k = first_named(lambda k: point + away * k, lambda k: (1.0, 1.0, 0.3), halves=500)
     assert k is None
-    assert said[0] == codes.SLOW_CONVERGENCE
+    assert outcome[0] == codes.SLOW_CONVERGENCE
 
 
 def test_an_orbit_whose_impacts_do_not_repeat_is_not_named() -> None:
@@ -78,9 +78,9 @@ def test_an_orbit_whose_impacts_do_not_repeat_is_not_named() -> None:
 
 def test_an_orbit_with_a_graze_is_not_named() -> None:
     point = np.ones((3, 2))
-    said, k = first_named(lambda k: point, lambda k: (1.0, 1.0, 1e-7), halves=200)
+    outcome, k = first_named(lambda k: point, lambda k: (1.0, 1.0, 1e-7), halves=200)
     assert k is None
-    assert said[0] == codes.NEAR_GRAZING
+    assert outcome[0] == codes.NEAR_GRAZING
 
 
 def test_periods_beyond_the_longest_are_not_named() -> None:
@@ -150,10 +150,10 @@ def test_a_planted_spiral_between_two_equal_negative_multipliers_gets_its_minimu
     first, second = spread(np.random.default_rng(9), 2)
     for rate in (0.97, 0.99):
         # nearly equal negative rates: the difference of two decays grows before it falls
-        said, k = first_named(
+        outcome, k = first_named(
             lambda k, r=rate: point + (-r) ** k * (first * (1.0 - 0.004 * k) + second * 1e-3),
             lambda k: (1.0, 1.0, 0.3),
             halves=20_000,
         )
         assert k is not None
-        assert (said[1], said[4]) == (1, True)
+        assert (outcome[1], outcome[4]) == (1, True)

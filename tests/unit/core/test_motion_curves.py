@@ -38,11 +38,11 @@ def curves_of(*stops):
 def test_the_curves_of_motions_with_one_impact_are_the_closed_form_s(stops):
     """Every one that passes through the window, each once, and no other."""
     symmetric = len(stops) == 2
-    found = curves_of(*stops)
-    kinds = [(curve.type, curve.impact) for curve in found]
+    curves = curves_of(*stops)
+    kinds = [(curve.type, curve.impact) for curve in curves]
     assert len(set(kinds)) == len(kinds)
     assert {kind for kind, _ in kinds} == ({"SB", "GR"} if symmetric else {"SN", "PD", "GR", "NS"})
-    for curve in found:
+    for curve in curves:
         if curve.type == "NS":  # the closed form has none
             assert_complex_pairs_on_the_circle(curve)
             continue
@@ -101,8 +101,8 @@ def test_a_doubled_motion_leads_to_the_curve_at_which_it_appears():
     point = special(parent("PD"), "PD")
     (beyond,) = starts_beyond(DEFAULT, point)
     close = (point.omega - 2e-3, point.omega + 2e-3), (point.clearance - 5e-3, point.clearance + 5e-3)
-    found = motion_curves(DEFAULT, orbit_of(beyond), *close)
-    (born,) = [c for c in found if c.type == "PD" and c.period == 1]
+    curves = motion_curves(DEFAULT, orbit_of(beyond), *close)
+    (born,) = [c for c in curves if c.type == "PD" and c.period == 1]
     assert born.residual.max() <= 1e-14
     for omega, clearance in zip(born.omega, born.clearance, strict=True):
         known = one_impact_branch(DEFAULT, float(omega))
@@ -141,7 +141,8 @@ def test_the_pitchfork_that_unfolds_is_found_on_both_sides():
     oscillator, window = nearly_symmetric(1e-3), ((0.268, 0.272), (1.78, 1.9))
     stops = np.array([1, -1])
     orbits = [
-        periodic_orbit(oscillator, 0.27, 1.835, one) for one in explicit_sequences(oscillator, 0.27, 1.835, 1, stops)
+        periodic_orbit(oscillator, 0.27, 1.835, sequence)
+        for sequence in explicit_sequences(oscillator, 0.27, 1.835, 1, stops)
     ]
     assert len(orbits) == 3
     kinds = []

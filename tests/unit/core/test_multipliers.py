@@ -23,12 +23,12 @@ def test_an_iteration_that_fails_is_done_on_the_transpose(monkeypatch: pytest.Mo
     left, right = pencil()
     tried = []
 
-    def failing(one: np.ndarray, other: np.ndarray, **options: Any) -> Any:
-        found = scipy.linalg.lapack.dggev(one, other, **options)
+    def failing(matrix: np.ndarray, other: np.ndarray, **options: Any) -> Any:
+        result = scipy.linalg.lapack.dggev(matrix, other, **options)
         if options["lwork"] == -1:
-            return found
-        tried.append(np.array_equal(one, left.T))
-        return found if tried[-1] else (*found[:-1], len(one))
+            return result
+        tried.append(np.array_equal(matrix, left.T))
+        return result if tried[-1] else (*result[:-1], len(matrix))
 
     monkeypatch.setattr(states, "dggev", failing)
     above, below = states._eigenvalues(left, right)
@@ -45,9 +45,9 @@ def test_what_cannot_be_computed_is_an_error_that_says_so(monkeypatch: pytest.Mo
     with pytest.raises(ConditioningError, match="overflow"):
         states._eigenvalues(np.full_like(left, np.inf), right)
 
-    def failing(one: np.ndarray, other: np.ndarray, **options: Any) -> Any:
-        found = scipy.linalg.lapack.dggev(one, other, **options)
-        return found if options["lwork"] == -1 else (*found[:-1], 1)
+    def failing(matrix: np.ndarray, other: np.ndarray, **options: Any) -> Any:
+        result = scipy.linalg.lapack.dggev(matrix, other, **options)
+        return result if options["lwork"] == -1 else (*result[:-1], 1)
 
     monkeypatch.setattr(states, "dggev", failing)
     with pytest.raises(ConditioningError, match="does not converge"):

@@ -22,12 +22,12 @@ def phases_of(oscillator: Oscillator, omegas: np.ndarray, overshoots: tuple[floa
     The start is on the steady motion where mass 1 passes the middle, x1 = A sin(phase); the clearance is
     A (1 - overshoot).
     """
-    found = []
+    phases = []
     for omega in omegas.tolist():
         response = steady_response(oscillator, np.array([omega]))[0, 0]
         clearances = [float(abs(response) * (1.0 - overshoot)) for overshoot in overshoots]
-        found.append(first_impacts(oscillator, omega, -math.atan2(response.imag, response.real), clearances))
-    return np.array(found)
+        phases.append(first_impacts(oscillator, omega, -math.atan2(response.imag, response.real), clearances))
+    return np.array(phases)
 
 
 @pytest.mark.parametrize(("masses", "stiffnesses", "damping"), [
@@ -60,11 +60,11 @@ def test_no_near_grazing_impact_is_missed_and_no_false_one_is_found(
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_no_near_grazing_impact_of_a_general_system_is_missed(name: str) -> None:
     system = SYSTEMS[name]
-    found = [passage(system.oscillator, omega, system.stop) for omega in system.omegas(20)]
-    outcomes = [outcome_of(one, other=k % 2 == 0) for k, one in enumerate(found) if one is not None]
+    grazes = [passage(system.oscillator, omega, system.stop) for omega in system.omegas(20)]
+    outcomes = [outcome_of(graze, other=k % 2 == 0) for k, graze in enumerate(grazes) if graze is not None]
     assert len(outcomes) >= 12
-    assert (sum(one.missed for one in outcomes), sum(one.false for one in outcomes)) == (0, 0)
-    assert max(one.error for one in outcomes) < 1.0
+    assert (sum(outcome.missed for outcome in outcomes), sum(outcome.false for outcome in outcomes)) == (0, 0)
+    assert max(outcome.error for outcome in outcomes) < 1.0
 
 
 @pytest.mark.parametrize("overshoot", [0.0, 1e-15, -1e-15])

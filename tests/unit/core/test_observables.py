@@ -43,9 +43,9 @@ def named(wanted: Observables, figures: Floats) -> dict[str, float]:
 
 
 def test_momentum_and_energy_are_in_balance() -> None:
-    found = list(balances(4, 4))
-    assert all(one.holds for one in found), found
-    assert len({one.seed for one in found}) >= 4
+    all_balances = list(balances(4, 4))
+    assert all(balance.holds for balance in all_balances), all_balances
+    assert len({balance.seed for balance in all_balances}) >= 4
 
 
 @pytest.mark.parametrize("wrong", range(3))
@@ -71,7 +71,7 @@ class Sampled:
             for point in points.tolist():
                 oracle.run(until=begin + 0.5 * (1.0 + point) * (end - begin))
                 x, v = oracle.state().floats()
-                values.append([one.displacement @ x + one.velocity @ v for one in outputs])
+                values.append([output.displacement @ x + output.velocity @ v for output in outputs])
             for r, samples in enumerate(np.array(values).T):
                 self._add(r, chebyshev.chebfit(points, samples, DEGREE), 0.5 * (end - begin))
 
@@ -88,23 +88,23 @@ class Sampled:
 @pytest.mark.parametrize(("seed", "restitution"), [(3, None), (8, 0.0), (1, 0.3), (39, 0.3)])
 def test_values_agree_with_fifty_digits(seed: int, restitution: float | None) -> None:
     """From rest, over two forcing periods, with impacts, rests and complete chatter of general structures."""
-    one = random_system(seed, restitution=restitution)
-    oscillator, omega = one.oscillator, one.omega
-    random, size = np.random.default_rng(seed), one.oscillator.size
+    system = random_system(seed, restitution=restitution)
+    oscillator, omega = system.oscillator, system.omega
+    random, size = np.random.default_rng(seed), system.oscillator.size
     outputs = [Output(f"y{i}", *random.normal(size=(2, size))) for i in range(2)]
     wanted = Observables(OBSERVABLES, tuple(outputs))
-    run = trajectory(oscillator, omega, one.clearance, periods=2, samples_per_period=1)
-    figures = of_record(run.record, forced_oscillator(oscillator, omega, one.clearance).models, wanted, 2)
-    oracle = GeneralOracle.of(oscillator, omega, *one.clearance)
+    run = trajectory(oscillator, omega, system.clearance, periods=2, samples_per_period=1)
+    figures = of_record(run.record, forced_oscillator(oscillator, omega, system.clearance).models, wanted, 2)
+    oracle = GeneralOracle.of(oscillator, omega, *system.clearance)
     period = 2.0 * math.pi / omega
     oracle.run(until=2.0 * period)
     events = [float(t) for times in (oracle.times, oracle.rests, oracle.releases) for t in times]
     marks = np.unique(np.concatenate([np.linspace(0.0, 2.0 * period, 2 * 12 + 1), events]))
     # the last bounces of a chatter are too small to matter
     marks = marks[np.concatenate([[True], np.diff(marks) > 1e-7 * period])]
-    rest = oscillator.contact @ forced_oscillator(oscillator, omega, one.clearance).equilibrium
+    rest = oscillator.contact @ forced_oscillator(oscillator, omega, system.clearance).equilibrium
     about = Sampled(
-        GeneralOracle.of(oscillator, omega, *one.clearance),
+        GeneralOracle.of(oscillator, omega, *system.clearance),
         marks.tolist(),
         [*outputs, Output("q", oscillator.contact, np.zeros(size))],
     )
@@ -128,12 +128,12 @@ def test_values_agree_with_fifty_digits(seed: int, restitution: float | None) ->
 def test_the_impulse_of_a_rest_is_the_momentum_that_the_stop_takes() -> None:
     """By the balance of momentum along the jump over a part of a trajectory that begins and ends anywhere."""
     for seed, restitution in ((8, 0.0), (39, 0.3), (3, None)):
-        one = random_system(seed, restitution=restitution)
-        oscillator, omega, size = one.oscillator, one.omega, one.oscillator.size
+        system = random_system(seed, restitution=restitution)
+        oscillator, omega, size = system.oscillator, system.omega, system.oscillator.size
         means = tuple(Output(f"x{i}", np.eye(size)[i], np.zeros(size)) for i in range(size))
-        run = trajectory(oscillator, omega, one.clearance, periods=3, samples_per_period=1)
+        run = trajectory(oscillator, omega, system.clearance, periods=3, samples_per_period=1)
         wanted = Observables(("impulse_right", "impulse_left"), means)
-        figures = of_record(run.record, forced_oscillator(oscillator, omega, one.clearance).models, wanted, 3)
+        figures = of_record(run.record, forced_oscillator(oscillator, omega, system.clearance).models, wanted, 3)
         period = 2.0 * math.pi / omega
         place = figures[2:].reshape(-1, len(MEANS))[:, 1]
         moved, pushed = run.displacement[:, -1] - run.displacement[:, 0], run.velocity[:, -1] - run.velocity[:, 0]

@@ -33,7 +33,7 @@ def admissible_range(branch):
 @functools.cache
 def stable_orbits(number):
     """Orbits that are stable and admissible, at most 4 of each kind (N, damping, symmetric or n)."""
-    found, kinds = [], {}
+    cases, kinds = [], {}
     for oscillator, branch, rng in random_families(5):
         span = admissible_range(branch)
         if span is not None:
@@ -43,9 +43,9 @@ def stable_orbits(number):
             fast = orbit.impact_velocity > 1e-3 * orbit.omega * branch.amplitude
             if orbit.stable and orbit.admissible and fast and kinds.get(kind, 0) < number // 4:
                 kinds[kind] = kinds.get(kind, 0) + 1
-                found.append((oscillator, branch, orbit))
-        if len(found) == number:
-            return found
+                cases.append((oscillator, branch, orbit))
+        if len(cases) == number:
+            return cases
     raise AssertionError
 
 
@@ -136,10 +136,10 @@ def test_multipliers_are_the_zeros_of_the_reduced_function():
         orbit = orbit_at(branch, float(rng.uniform(branch.lowest, 0.5 * math.pi)))
         count, rebound, matrix = oscillator.size, 1.0 + oscillator.restitution, first_order(oscillator)
         flow = expm(matrix * branch.pattern.spacing(branch.omega)) * (-1.0 if orbit.symmetric else 1.0)
-        unit, one = np.eye(2 * count)[count], np.eye(2 * count)
+        unit, identity = np.eye(2 * count)[count], np.eye(2 * count)
 
-        def sums(mu, flow=flow, matrix=matrix, unit=unit, one=one, count=count):
-            total = np.linalg.solve(mu * one - flow, flow @ unit)
+        def sums(mu, flow=flow, matrix=matrix, unit=unit, identity=identity, count=count):
+            total = np.linalg.solve(mu * identity - flow, flow @ unit)
             return total[0], total[count], (matrix @ total)[count]
 
         speed = orbit.impact_velocity
@@ -150,7 +150,7 @@ def test_multipliers_are_the_zeros_of_the_reduced_function():
             chi = speed * (1.0 + rebound * slope) ** 2 + rebound * at * (
                 branch.omega**2 * (orbit.clearance + rebound * speed * h) + rebound * speed * (bend - second)
             )
-            expected = np.linalg.det(mu * one - flow) * chi / speed
+            expected = np.linalg.det(mu * identity - flow) * chi / speed
             assert np.prod(mu - signed) == pytest.approx(expected, rel=1e-10, abs=1e-10)
 
 

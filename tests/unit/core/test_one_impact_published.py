@@ -55,7 +55,7 @@ def test_undamped_motions_lie_on_the_published_ellipse(omega, multiple, restitut
 @pytest.mark.parametrize("multiple", [1, 2, 4])
 def test_stability_is_that_of_the_published_trace_and_determinant(alpha, multiple):
     # x'' + 2 alpha x' + x = cos(omega t)
-    found = set()
+    types = set()
     for omega in np.linspace(0.45, 2.95, 21):
         for restitution in (0.2, 0.8):
             # C = 2 gamma K with gamma = alpha
@@ -86,8 +86,8 @@ def test_stability_is_that_of_the_published_trace_and_determinant(alpha, multipl
                     total = trace(point.angle)
                     size = 1.0 + abs(total) / math.cos(point.angle)
                     assert abs(1.0 + sign * total + determinant) < 1e-12 * size
-                    found.add(point.type)
-    assert found == {"SN", "PD"}
+                    types.add(point.type)
+    assert types == {"SN", "PD"}
 
 
 def test_the_impacting_motion_of_recipes_for_continuation():

@@ -47,22 +47,22 @@ def test_every_double_graze_is_found(seed: int) -> None:
     for share in (0.02, 0.2, 0.7):
         gap = amplitude.min() + share * (amplitude.max() - amplitude.min())
         before = np.flatnonzero(np.diff(np.sign(amplitude - gap)))
-        found = np.array([one.omega for one in double_grazes(oscillator, float(gap), 0.05, 4.0)])
-        assert len(found) == len(before)
-        assert np.all((omega[before] <= found) & (found <= omega[before + 1]))
-        assert np.abs(contact_response(oscillator, found)[:, 0]) == pytest.approx(gap, rel=1e-13)
+        places = np.array([graze.omega for graze in double_grazes(oscillator, float(gap), 0.05, 4.0)])
+        assert len(places) == len(before)
+        assert np.all((omega[before] <= places) & (places <= omega[before + 1]))
+        assert np.abs(contact_response(oscillator, places)[:, 0]) == pytest.approx(gap, rel=1e-13)
 
 
 def test_an_amplitude_that_only_touches_the_gap_is_a_double_graze() -> None:
     """Marked where round-off hides whether it reaches it; where it does not, both or none."""
     for low, high in ((0.05, 0.5), (0.5, 1.2)):
-        found = minimize_scalar(
+        minimum = minimize_scalar(
             lambda w: -np.abs(contact_response(DEFAULT, np.array([w]))[0, 0]),
             bounds=(low, high),
             method="bounded",
             options={"xatol": 1e-12},
         )
-        place, top = float(found.x), -float(found.fun)
+        place, top = float(minimum.x), -float(minimum.fun)
         assert low + 0.01 < place < high - 0.01
         every = codimension_two_points(DEFAULT, low, high, 1, 0, VariedStop(1, top))
         touched = [p for p in every if p.kind == "double-graze"]
@@ -102,12 +102,12 @@ def test_the_phase_is_that_of_the_contact() -> None:
 def test_impacts_recur_after_whole_periods_where_g_is_negative() -> None:
     omega = np.linspace(0.2, 1.5, 300)
     response = impulse_response(modal_model(DEFAULT))
-    found = stop_grazes(DEFAULT, omega, VariedStop(1), max_order=12).first_recurrence
+    recurrence = stop_grazes(DEFAULT, omega, VariedStop(1), max_order=12).first_recurrence
     expected = np.zeros(len(omega), dtype=int)
     for n in range(6, 0, -1):
         expected[evaluate(response, n * 2.0 * np.pi / omega)[0] < 0.0] = 2 * n
-    assert np.array_equal(found, expected)
-    assert np.count_nonzero(found != grazing_curve(DEFAULT, omega, 12).first_recurrence) > 100
+    assert np.array_equal(recurrence, expected)
+    assert np.count_nonzero(recurrence != grazing_curve(DEFAULT, omega, 12).first_recurrence) > 100
 
 
 def test_recurrences_of_one_stop_are_active_where_no_smaller_number_of_periods_recurs() -> None:
@@ -140,10 +140,10 @@ def test_motions_of_one_stop_are_admissible_where_whole_periods_are_clear() -> N
 def test_motions_on_stops_of_two_restitutions_unfold_differently_and_none_is_symmetric() -> None:
     both = Oscillator.of_structure(DEFAULT.structure, DEFAULT.contact, DEFAULT.drive, 0.8, None, 0.5)
     other = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.5)
-    found = [p for p in codimension_two_points(both, 0.25, 0.35, 2, 1) if p.kind == "resonant"]
-    assert not any(point.symmetric for point in found)
+    resonances = [p for p in codimension_two_points(both, 0.25, 0.35, 2, 1) if p.kind == "resonant"]
+    assert not any(point.symmetric for point in resonances)
     for stop, alone in ((1, DEFAULT), (-1, other)):
-        ours = [(p.omega, p.unfolding) for p in found if p.stop == stop]
+        ours = [(p.omega, p.unfolding) for p in resonances if p.stop == stop]
         equal = codimension_two_points(alone, 0.25, 0.35, 2, 1)
         assert ours == [(p.omega, p.unfolding) for p in equal if p.kind == "resonant" and not p.symmetric]
 

@@ -54,19 +54,21 @@ def test_branches_of_orbits_with_one_impact_have_the_closed_form_s_special_point
             continue  # without a rebound a graze of the impact itself is a contact of another kind
         orbit = start(branch, max(begin, 0.8))
         low, high = 0.05 * branch.amplitude, 1.3 * max(orbit.clearance, branch.amplitude)
-        found = orbit_branch(oscillator, orbit, low, high)
-        assert set(found.ends) <= {"range", "closed"}, found.ends
-        assert np.max(found.residual) <= 1e-13
-        speeds = found.velocities[:, 0]
-        radius = np.hypot(found.clearance + branch.position_coefficient * speeds, branch.velocity_coefficient * speeds)
+        followed = orbit_branch(oscillator, orbit, low, high)
+        assert set(followed.ends) <= {"range", "closed"}, followed.ends
+        assert np.max(followed.residual) <= 1e-13
+        speeds = followed.velocities[:, 0]
+        radius = np.hypot(
+            followed.clearance + branch.position_coefficient * speeds, branch.velocity_coefficient * speeds
+        )
         np.testing.assert_allclose(radius, branch.amplitude, rtol=1e-12)
         for known in branch.special_points:
             if not low * 1.01 < known.clearance < high * 0.99:
                 continue
-            same = [p for p in found.special_points if p.type == known.type]
+            same = [p for p in followed.special_points if p.type == known.type]
             near = [p for p in same if abs(p.clearance / known.clearance - 1.0) < 1e-6]
             near = [p for p in near if abs(p.impacts.velocities[0] - known.impact_velocity) < 1e-5]
-            assert len(near) == 1, (known, found.special_points)
+            assert len(near) == 1, (known, followed.special_points)
             (point,) = near
             assert point.status == "converged"
             compared[known.type] += 1
@@ -104,9 +106,9 @@ def test_a_branch_to_its_first_special_points_is_the_beginning_of_the_whole_one(
     whole, first = sixteen_impacts(), orbit_branch(DEFAULT, orbit, 1.5, 1.75, to_special=True)
     assert 0 < len(first.values) < len(whole.values)
     assert set(first.ends) == {"special"}
-    known, found = ([point.clearance for point in branch.special_points] for branch in (whole, first))
-    place = known.index(found[0])
-    assert found == known[place : place + len(found)]
+    known, clearances = ([point.clearance for point in branch.special_points] for branch in (whole, first))
+    place = known.index(clearances[0])
+    assert clearances == known[place : place + len(clearances)]
     assert {point.segment for point in first.special_points} == {0, len(first.values) - 2}
 
 
@@ -220,14 +222,16 @@ def test_branches_pass_through_grazing_and_by_resonant_points():
         assert abs(branch.amplitude - point.clearance) < 1e-10
         orbit = start(branch, 1.5)
         scale = branch.amplitude
-        found = orbit_branch(DEFAULT, orbit, 0.9 * scale, 1.1 * scale)
-        assert found.ends == ("range", "range")
-        speeds = found.velocities[:, 0]
+        followed = orbit_branch(DEFAULT, orbit, 0.9 * scale, 1.1 * scale)
+        assert followed.ends == ("range", "range")
+        speeds = followed.velocities[:, 0]
         assert np.min(speeds) < 0.0 < np.max(speeds)
-        grazes = [p for p in found.special_points if p.impact is not None]
+        grazes = [p for p in followed.special_points if p.impact is not None]
         assert len(grazes) == 1
         worst = max(worst, abs(grazes[0].clearance - point.clearance))
-        radius = np.hypot(found.clearance + branch.position_coefficient * speeds, branch.velocity_coefficient * speeds)
+        radius = np.hypot(
+            followed.clearance + branch.position_coefficient * speeds, branch.velocity_coefficient * speeds
+        )
         np.testing.assert_allclose(radius, scale, rtol=1e-12)
     assert worst < 1e-10
 
@@ -237,10 +241,12 @@ def test_branches_over_frequency_are_the_closed_form_s_too():
     for symmetric in (False, True):
         branch = one_impact_branch(DEFAULT, 0.27, 1, symmetric)
         orbit = start(branch, 1.4)
-        found = orbit_branch(DEFAULT, orbit, 0.25, 0.32, "omega")
-        assert set(found.ends) <= {"range", "closed"}
-        np.testing.assert_allclose(found.clearance, orbit.clearance, rtol=0, atol=0)
-        for omega, speed, multipliers in zip(found.omega, found.velocities[:, 0], found.multipliers, strict=True):
+        followed = orbit_branch(DEFAULT, orbit, 0.25, 0.32, "omega")
+        assert set(followed.ends) <= {"range", "closed"}
+        np.testing.assert_allclose(followed.clearance, orbit.clearance, rtol=0, atol=0)
+        for omega, speed, multipliers in zip(
+            followed.omega, followed.velocities[:, 0], followed.multipliers, strict=True
+        ):
             known = one_impact_branch(DEFAULT, float(omega), 1, symmetric)
             c, d = known.position_coefficient, known.velocity_coefficient
             assert math.hypot(orbit.clearance + c * speed, d * speed) == pytest.approx(known.amplitude, rel=1e-12)
@@ -249,7 +255,7 @@ def test_branches_over_frequency_are_the_closed_form_s_too():
                 theirs = orbit_at(known, angle).multipliers
                 if abs(theirs[0]) < 100.0:
                     assert mismatch(multipliers, theirs) < 1e-9
-        for point in found.special_points:
+        for point in followed.special_points:
             known = one_impact_branch(DEFAULT, point.omega, 1, symmetric)
             speed = point.impacts.velocities[0]
             if point.type in ("PD", "SB", "GR") and speed > 1e-9:
@@ -267,10 +273,10 @@ def test_a_closed_branch_comes_back_to_where_it_began():
     oscillator = Oscillator.create([1.0], [1.0], 0.05, [1.0], 0.8)
     branch = one_impact_branch(oscillator, 1.0)
     orbit = start(branch, branch.angles(0.9 * branch.amplitude)[0])
-    found = orbit_branch(oscillator, orbit, 0.5, 2.0, "omega")
-    assert found.ends == ("closed", "closed")
-    assert len([p for p in found.special_points if p.impact is not None]) == 2
-    apart = np.abs(found.velocities[-1, 0] - found.velocities[0, 0]) + abs(found.omega[-1] - found.omega[0])
+    followed = orbit_branch(oscillator, orbit, 0.5, 2.0, "omega")
+    assert followed.ends == ("closed", "closed")
+    assert len([p for p in followed.special_points if p.impact is not None]) == 2
+    apart = np.abs(followed.velocities[-1, 0] - followed.velocities[0, 0]) + abs(followed.omega[-1] - followed.omega[0])
     assert apart < 0.3  # one step
     cut = orbit_branch(oscillator, orbit, 0.5, 2.0, "omega", max_points=5)
     assert cut.ends == ("points", "points")

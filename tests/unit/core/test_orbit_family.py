@@ -23,9 +23,9 @@ def test_the_derivative_of_the_steady_motion_over_omega_is_exact_near_a_resonanc
     family = OrbitFamily.of(oscillator, 1, False)
     steady = family.steady_at(np.array([omega]))[0]
     length = steady_size(steady)
-    found = complex(*family.problem(omega, length, steady).steady_by_omega[0]) * length
+    derivative = complex(*family.problem(omega, length, steady).steady_by_omega[0]) * length
     with mpmath.workdps(50):
-        matrices = [mpmath.matrix(one.tolist()) for one in (oscillator.mass_matrix, oscillator.stiffness_matrix)]
+        matrices = [mpmath.matrix(matrix.tolist()) for matrix in (oscillator.mass_matrix, oscillator.stiffness_matrix)]
         links = [2 * mpmath.mpf(gamma) * mpmath.mpf(k) for k in springs]
         damping = mpmath.zeros(size)
         for i, link in enumerate(links):
@@ -40,4 +40,4 @@ def test_the_derivative_of_the_steady_motion_over_omega_is_exact_near_a_resonanc
             return mpmath.lu_solve(dynamic, mpmath.matrix([1] + [0] * (size - 1)))[0]
 
         exact = complex(mpmath.diff(contact, mpmath.mpf(omega), h=mpmath.mpf(10) ** -25 * gamma))
-    assert abs(found - exact) < 1e-14 * abs(exact)
+    assert abs(derivative - exact) < 1e-14 * abs(exact)

@@ -35,12 +35,12 @@ def orbits() -> list[tuple[Oscillator, PeriodicOrbit]]:
         chain = random_oscillator(rng, 3, len(places) % 2 == 0)
         omega = float(rng.uniform(0.3, 1.5))
         places.append((chain, omega, float(rng.uniform(0.4, 0.95) * grazing_curve(chain, [omega]).clearance[0])))
-    found = []
+    pairs = []
     for chain, omega, clearance in places:
         run = trajectory(chain, omega, clearance, periods=32, transient_periods=1500, samples_per_period=1)
         if run.motion.kind == "periodic" and not run.motion.sticking and len(run.impacts.time):
-            found.append((chain, periodic_orbit(chain, omega, clearance, impacts_of(run))))
-    return found
+            pairs.append((chain, periodic_orbit(chain, omega, clearance, impacts_of(run))))
+    return pairs
 
 
 def problem_of(chain: Oscillator, orbit: PeriodicOrbit) -> tuple[OrbitProblem, Shooting]:

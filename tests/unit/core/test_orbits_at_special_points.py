@@ -52,11 +52,11 @@ def test_an_orbit_at_a_special_point_is_found_whatever_the_round_off(kind):
 
 def test_beside_a_saddle_node_the_reason_is_that_the_equations_are_singular():
     for point in (point for point in special_points() if point.type == "SN"):
-        found = [
+        orbits = [
             periodic_orbit(DEFAULT, point.omega, point.clearance * (1.0 + side), point.impacts)
             for side in (1e-10, -1e-10)
         ]
-        stuck = [orbit for orbit in found if not orbit.converged]
+        stuck = [orbit for orbit in orbits if not orbit.converged]
         assert stuck  # on one side there is no orbit
         for orbit in stuck:
             assert "singular" in orbit.reason

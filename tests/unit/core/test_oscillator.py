@@ -83,10 +83,10 @@ def test_si_and_nondimensional_descriptions_agree(per_link):
     assert np.array_equal(ours.first_recurrence, theirs.first_recurrence)
     length = force / stiffness
     ours, theirs = one_impact_branch(plain, 0.27), one_impact_branch(si, 0.27 * rate)
-    for one, other in zip(ours.special_points, theirs.special_points, strict=True):
-        assert one.type == other.type
-        assert other.clearance == pytest.approx(one.clearance * length, rel=1e-12)
-        assert other.impact_velocity == pytest.approx(one.impact_velocity * length * rate, rel=1e-11)
+    for point, other in zip(ours.special_points, theirs.special_points, strict=True):
+        assert point.type == other.type
+        assert other.clearance == pytest.approx(point.clearance * length, rel=1e-12)
+        assert other.impact_velocity == pytest.approx(point.impact_velocity * length * rate, rel=1e-11)
     runs = trajectory(plain, 0.29, 1.6, periods=20), trajectory(si, 0.29 * rate, 1.6 * length, periods=20)
     assert len(runs[0].impacts.time) == len(runs[1].impacts.time)
     np.testing.assert_allclose(runs[1].impacts.time * rate, runs[0].impacts.time, rtol=1e-12)

@@ -35,8 +35,8 @@ def test_the_peak_of_a_series_is_its_largest_value(kind: str) -> None:
         elif kind == "flat":
             series[1:] *= 1e-12
         for sign in (1.0, -1.0):
-            found = _raise_peak(series, sign, -math.inf, scratch())
-            assert found == pytest.approx(largest(sign * series), abs=4.0 * PEAK_ACCURACY * np.sum(np.abs(series)))
+            peak = _raise_peak(series, sign, -math.inf, scratch())
+            assert peak == pytest.approx(largest(sign * series), abs=4.0 * PEAK_ACCURACY * np.sum(np.abs(series)))
     assert _raise_peak(series, 1.0, 1e9, scratch()) == 1e9
 
 

@@ -40,7 +40,7 @@ from tests.support.refused import refused
 def random_orbits():
     """Orbits that trajectories of random chains settle to, at most two of each kind (N, damping)."""
     rng = np.random.default_rng(11)
-    kinds, found = {}, []
+    kinds, cases = {}, []
     for number in itertools.count():
         count, per_link = 1 + number % 4, bool(number // 4 % 2)
         oscillator = random_oscillator(rng, count, per_link)
@@ -53,9 +53,9 @@ def random_orbits():
         if run.motion.sticking or np.any(run.impacts.kind != "impact") or not 2 <= (k := impacts(run)) <= 12:
             continue
         kinds[kind] = kinds.get(kind, 0) + 1
-        found.append((oscillator, run, periodic_orbit(oscillator, omega, clearance, impacts_of(run))))
-        if len(found) == 16:
-            return found
+        cases.append((oscillator, run, periodic_orbit(oscillator, omega, clearance, impacts_of(run))))
+        if len(cases) == 16:
+            return cases
     raise AssertionError(k)
 
 
@@ -247,7 +247,7 @@ def test_orbits_solved_together_equal_those_solved_one_by_one():
     family = OrbitFamily.of(DEFAULT, orbit.impacts.period, orbit.impacts.symmetric)
     steady = family.steady(0.27)
     problem = family.problem(0.27, max(steady_size(steady), float(np.max(clearances))), steady)
-    stops = [stops_between(DEFAULT, float(one), 0.0) for one in clearances]
+    stops = [stops_between(DEFAULT, float(clearance), 0.0) for clearance in clearances]
     guesses = [np.tile(values, (20, 1)) for values in (orbit.impacts.phases, orbit.impacts.velocities)]
     phases, speeds, many = solve_sequences(problem, orbit.impacts, stops, *guesses, floor=-ORBIT_FLOOR)
     multipliers = many.real + 1j * many.imaginary
@@ -272,10 +272,15 @@ def test_an_orbit_solved_for_as_a_multiple_or_as_a_whole_is_marked():
         np.concatenate([whole.phases + 2.0 * math.pi * i for i in range(3)]),
         np.tile(whole.velocities, 3),
     )
-    found = periodic_orbit(DEFAULT, 0.27, orbit.clearance, tripled)
-    assert (found.least_period, found.label, found.symmetric, found.half_multipliers) == (1, "1-2r-2l", True, None)
-    assert mismatch(found.multipliers, orbit.multipliers**3) < 1e-12
-    assert found.impacts.half().symmetric
+    tripled_orbit = periodic_orbit(DEFAULT, 0.27, orbit.clearance, tripled)
+    assert (
+        tripled_orbit.least_period,
+        tripled_orbit.label,
+        tripled_orbit.symmetric,
+        tripled_orbit.half_multipliers,
+    ) == (1, "1-2r-2l", True, None)
+    assert mismatch(tripled_orbit.multipliers, orbit.multipliers**3) < 1e-12
+    assert tripled_orbit.impacts.half().symmetric
 
 
 def test_a_virtual_orbit_solves_the_equations_and_is_no_motion():

@@ -39,10 +39,12 @@ FIXED = 1.9
 
 
 def by_motion(pieces: list[CurvePiece]) -> dict[tuple[object, ...], list[CurvePiece]]:
-    found: dict[tuple[object, ...], list[CurvePiece]] = {}
-    for one in pieces:
-        found.setdefault((one.type, one.period, one.impacts_right, one.impacts_left, one.stop), []).append(one)
-    return found
+    groups: dict[tuple[object, ...], list[CurvePiece]] = {}
+    for piece in pieces:
+        groups.setdefault((piece.type, piece.period, piece.impacts_right, piece.impacts_left, piece.stop), []).append(
+            piece
+        )
+    return groups
 
 
 @pytest.mark.parametrize(
@@ -62,7 +64,7 @@ def test_curves_over_the_forces_are_those_over_the_clearance_scaled(
     varied = VariedStop(1, together=True) if left == right else VariedStop(1)
     forces = window_curves(oscillator, OMEGA, (0.85, 1.25), 2, 24, VariedFactor("forcing", right, left))
     known = window_curves(oscillator, OMEGA, (right / 1.25, right / 0.85), 2, 24, varied)
-    assert {one.type for one in forces} >= {"SN", "GR"}
+    assert {piece.type for piece in forces} >= {"SN", "GR"}
     both = by_motion(forces), by_motion(known)
     assert both[0].keys() == both[1].keys()
     for name, pieces in both[0].items():
@@ -76,11 +78,11 @@ def test_curves_over_the_forces_are_those_over_the_clearance_scaled(
 @pytest.mark.parametrize(("right", "left"), [(1.8, 1.9), (1.8, np.inf)], ids=["two stops", "one stop"])
 def test_curves_over_the_bias_have_the_gap_of_the_stop_that_is_struck(right: float, left: float) -> None:
     """At points of the curves the orbit of the oscillator with that bias is special, or grazes as the curve says."""
-    found = window_curves(PUSHED, OMEGA, (-4.0, 4.0), 1, 24, VariedFactor("bias", right, left))
+    pieces = window_curves(PUSHED, OMEGA, (-4.0, 4.0), 1, 24, VariedFactor("bias", right, left))
     struck = {(1, -1), (-1, 1), (-1, -1)} if np.isfinite(left) else {(1, -1), (-1, -1)}
-    assert {(one.impacts_right, one.impacts_left) for one in found} == struck
+    assert {(piece.impacts_right, piece.impacts_left) for piece in pieces} == struck
     compared = 0
-    for piece in found:
+    for piece in pieces:
         middle = len(piece.omega) // 2
         factor, omega = float(piece.value[middle]), float(piece.omega[middle])
         there = replace(PUSHED, bias=factor * PUSHED.bias)
@@ -93,7 +95,7 @@ def test_curves_over_the_bias_have_the_gap_of_the_stop_that_is_struck(right: flo
         elif piece.type in ("SN", "PD"):
             special = one_impact_branch(there, omega, 1, stop=stop, alone=True).special_points
             gap = (right if stop > 0 else left) - stop * contact_equilibrium(there)
-            assert min(abs(one.clearance - gap) for one in special if one.type == piece.type) < 1e-11
+            assert min(abs(point.clearance - gap) for point in special if point.type == piece.type) < 1e-11
             compared += 1
     assert compared >= 1 + np.isfinite(left)
 
@@ -110,9 +112,9 @@ def test_curves_over_frequency_and_restitution_are_the_closed_form_s_at_every_re
     """The gap at the special point of the branch at the curve's frequency and restitution is that of the stop."""
     at = ParameterPoint.of(DEFAULT, 1.0, clearance)
     window: dict[str, tuple[float, float]] = {"omega": (0.26, 0.30), "restitution": (0.4, 0.95)}
-    found = orbit_in_window(DEFAULT, at, window, 1, [1])
-    assert found is not None
-    curves = motion_curves(DEFAULT, found, *window.values(), plane=("omega", "restitution"))
+    start = orbit_in_window(DEFAULT, at, window, 1, [1])
+    assert start is not None
+    curves = motion_curves(DEFAULT, start, *window.values(), plane=("omega", "restitution"))
     compared = set()
     for curve in curves:
         for omega, restitution, orbit in zip(curve.horizontal, curve.vertical, curve.velocities, strict=True):
@@ -133,11 +135,11 @@ def test_curves_from_an_orbit_with_other_factors_are_those_from_the_oscillator()
     at = ParameterPoint.of(VARYING, 0.27, 1.82).varied("forcing", 0.99).varied("damping", 1.01)
     there = at.applied(VARYING)
     place = {"forcing": (0.99, 0.99), "damping": (1.01, 1.01)}
-    found = orbit_in_window(VARYING, at, place, 1, [1, -1])
-    assert isinstance(found, OrbitPoint)
-    assert found.orbit.admissible
+    start = orbit_in_window(VARYING, at, place, 1, [1, -1])
+    assert isinstance(start, OrbitPoint)
+    assert start.orbit.admissible
     ranges = (0.95, 1.05), (0.95, 1.1)
-    curves = motion_curves(VARYING, found, *ranges, plane=("forcing", "damping"), max_points=20)
+    curves = motion_curves(VARYING, start, *ranges, plane=("forcing", "damping"), max_points=20)
     assert {curve.type for curve in curves} >= {"SN", "SB", "GR"}
     compared = 0
     for curve in curves:
@@ -269,14 +271,14 @@ def test_borders_of_maps_over_any_two_parameters_are_explained(name: str) -> Non
     across, up = (Axis(axis, np.linspace(start, stop, 10)) for axis, start, stop in axes)
     plane = Plane(oscillator, ParameterPoint.of(oscillator, 0.28, 1.89), across, up)
     arrays = unfolding_map_tile(plane, max_periods=600)
-    found = map_borders(plane, arrays)
-    assert count(found, "curve") > 0, [(c.type, c.name) for c in found.curves]
-    unexplained = found.explanation == EXPLANATIONS.index("unexplained")
-    assert np.count_nonzero(unexplained & found.regular) <= 0.1 * len(found.row)
-    for curve in found.curves:
+    borders = map_borders(plane, arrays)
+    assert count(borders, "curve") > 0, [(c.type, c.name) for c in borders.curves]
+    unexplained = borders.explanation == EXPLANATIONS.index("unexplained")
+    assert np.count_nonzero(unexplained & borders.regular) <= 0.1 * len(borders.row)
+    for curve in borders.curves:
         if curve.orbits is not None:
             assert curve.orbits.plane == plane.names
-            np.testing.assert_array_equal(curve.horizontal, [one.value(across.name) for one in curve.orbits.points])
+            np.testing.assert_array_equal(curve.horizontal, [point.value(across.name) for point in curve.orbits.points])
 
 
 def test_borders_over_the_forces_are_those_over_the_clearance() -> None:
@@ -291,16 +293,16 @@ def test_borders_over_the_forces_are_those_over_the_clearance() -> None:
     assert {curve.type for curve in first.curves} == {curve.type for curve in second.curves}
 
 
-def rows(found: MapBorders) -> list[tuple[int, int, int, int]]:
-    return list(zip(found.row, found.column, found.along, found.explanation, strict=True))
+def rows(borders: MapBorders) -> list[tuple[int, int, int, int]]:
+    return list(zip(borders.row, borders.column, borders.along, borders.explanation, strict=True))
 
 
 def test_a_curve_of_a_plane_of_a_mass_passes_the_special_points_of_branches_at_other_masses() -> None:
     at = ParameterPoint.of(VARYING, 0.28, 1.87)
     window: dict[str, tuple[float, float]] = {"omega": (0.26, 0.30), "masses[1]": (0.9, 1.1)}
-    found = orbit_in_window(VARYING, at, window, 1, [1])
-    assert found is not None
-    curves = motion_curves(VARYING, found, *window.values(), plane=("omega", "masses[1]"), max_points=40)
+    start = orbit_in_window(VARYING, at, window, 1, [1])
+    assert start is not None
+    curves = motion_curves(VARYING, start, *window.values(), plane=("omega", "masses[1]"), max_points=40)
     folds = [curve for curve in curves if curve.type == "SN"]
     assert folds
     for curve in folds:

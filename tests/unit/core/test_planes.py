@@ -60,38 +60,38 @@ def plane(across, up, oscillator=None):
     return Plane(of, at, AXES[across], AXES[up])
 
 
-def alone(found, row, column, **settings):
+def alone(grid, row, column, **settings):
     """The map of one point, of the oscillator that has all its values."""
-    oscillator, omega, clearance = found.at_point(row, column)
+    oscillator, omega, clearance = grid.at_point(row, column)
     if isinstance(clearance, tuple):
         right, left = clearance
         pair = [[np.inf if side is None else side for side in (right, left)]]
-        one = Plane.of(oscillator, np.array([omega]), np.array(pair))
+        single = Plane.of(oscillator, np.array([omega]), np.array(pair))
     else:
-        one = Plane.of(oscillator, np.array([omega]), np.array([clearance]))
-    return unfolding_map_tile(one, PERIODS, **settings)
+        single = Plane.of(oscillator, np.array([omega]), np.array([clearance]))
+    return unfolding_map_tile(single, PERIODS, **settings)
 
 
 @pytest.mark.parametrize(("across", "up"), PAIRS)
 def test_a_point_has_the_motion_of_the_oscillator_with_its_values(across, up):
-    found = plane(across, up)
-    arrays = unfolding_map_tile(found, PERIODS)
-    rows, columns = found.shape
+    grid = plane(across, up)
+    arrays = unfolding_map_tile(grid, PERIODS)
+    rows, columns = grid.shape
     for row, column in [(0, 0), (rows - 1, 0), (1, columns - 1)]:
-        one = alone(found, row, column)
-        settled = one["verified"][0, 0]
+        single = alone(grid, row, column)
+        settled = single["verified"][0, 0]
         for name in LABEL if settled else ("kind",):
-            assert arrays[name][row, column] == one[name][0, 0], name
+            assert arrays[name][row, column] == single[name][0, 0], name
         if settled:
             assert arrays["least_impact_velocity"][row, column] == pytest.approx(
-                one["least_impact_velocity"][0, 0], rel=1e-9, nan_ok=True
+                single["least_impact_velocity"][0, 0], rel=1e-9, nan_ok=True
             )
 
 
 @pytest.mark.parametrize(("across", "up"), [("omega", "restitution"), ("omega", "damping"), ("forcing", "bias")])
 def test_the_transposed_plane_is_the_same_map(across, up):
-    one, other = unfolding_map_tile(plane(across, up), PERIODS), unfolding_map_tile(plane(up, across), PERIODS)
-    for name, array in one.items():
+    tile, other = unfolding_map_tile(plane(across, up), PERIODS), unfolding_map_tile(plane(up, across), PERIODS)
+    for name, array in tile.items():
         np.testing.assert_array_equal(array, other[name].T, err_msg=name)
 
 
@@ -112,12 +112,12 @@ def test_trajectories_apart_are_those_that_run_alone(name, monkeypatch):
     """A lane with tables of its own does what it does among lanes that share them, to the byte."""
     oscillator, clearance, omega, damping = APART[name]
     at = ParameterPoint.of(oscillator, 0.29, clearance)
-    found = PlaneRunner(Plane(oscillator, at, Axis("omega", omega), Axis("damping", damping)), RunSettings(PERIODS, 8))
-    codes, figures = found.grid()
+    runner = PlaneRunner(Plane(oscillator, at, Axis("omega", omega), Axis("damping", damping)), RunSettings(PERIODS, 8))
+    codes, figures = runner.grid()
     # a lane for each trajectory, then one after the other
     for attribute in ("_BYTES_OF_SEPARATE_MODELS", "CAN_SEPARATE"):
         monkeypatch.setattr(planes, attribute, 0)
-        other_codes, other_figures = found.grid()
+        other_codes, other_figures = runner.grid()
         np.testing.assert_array_equal(codes, other_codes)
         np.testing.assert_array_equal(figures, other_figures)
     reasons, sticking = np.unique(codes[lane_state.REASON]), codes[lane_state.STICKING]
@@ -130,23 +130,23 @@ def test_a_map_over_the_forces_at_powers_of_two_is_that_over_the_clearance():
     """Motions between stops at b under forces F are F times those under 1, at b/F (theory, "Other planes")."""
     factors = 2.0 ** np.arange(-2, 2)
     over_forces = Plane(VARYING, ParameterPoint.of(VARYING, 1.0, 0.85), AXES["omega"], Axis("forcing", factors))
-    found = unfolding_map_tile(over_forces, PERIODS)
+    tile = unfolding_map_tile(over_forces, PERIODS)
     scaled = unfolding_map_tile(Plane.of(VARYING, OMEGA, 0.85 / factors[::-1]), PERIODS)
     for row, factor in enumerate(factors):
         forced = replace(DEFAULT, drive=(force(1, np.array([factor, 0.0, 0.0])),))
         really = unfolding_map_tile(Plane.of(forced, OMEGA, np.array([0.85])), PERIODS)
-        for name, array in found.items():
+        for name, array in tile.items():
             size = factor if name == "least_impact_velocity" else 1.0
             np.testing.assert_array_equal(array[row], really[name][0], err_msg=name)
             np.testing.assert_array_equal(array[row], size * scaled[name][len(factors) - 1 - row], err_msg=name)
-    assert len(np.unique(found["impacts_right"][found["verified"]])) > 2
+    assert len(np.unique(tile["impacts_right"][tile["verified"]])) > 2
 
 
 @pytest.mark.parametrize("up", ["clearance_right", "restitution", "bias", "forcing", "damping", "omega"])
 def test_a_sweep_hands_on_the_physical_state(up):
     """The end of each trajectory is the state of the real oscillator after as many periods."""
-    found = plane("clearance" if up == "omega" else "omega", up, biased())
-    runner = PlaneRunner(found, RunSettings(4, 8, early=False, linearised=False, follow=True))
+    grid = plane("clearance" if up == "omega" else "omega", up, biased())
+    runner = PlaneRunner(grid, RunSettings(4, 8, early=False, linearised=False, follow=True))
     ends = []
     final_state = Runner.final_state
 
@@ -157,10 +157,10 @@ def test_a_sweep_hands_on_the_physical_state(up):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Plane, "is_swept_by_kernels", False)
         patch.setattr(Runner, "final_state", kept)
-        runner.sweep(np.arange(found.shape[0]), 1)
+        runner.sweep(np.arange(grid.shape[0]), 1)
     state = None
     for row, end in enumerate(ends):
-        oscillator, omega, clearance = found.at_point(row, 1)
+        oscillator, omega, clearance = grid.at_point(row, 1)
         begun = () if state is None else _within(oscillator, clearance, state)
         run = trajectory(oscillator, omega, clearance, *begun, periods=4, samples_per_period=1)
         state = np.stack([run.final.displacement, run.final.velocity])
@@ -176,10 +176,10 @@ def _within(oscillator, clearance, state):
 
 @pytest.mark.parametrize("up", ["clearance", "clearance_left", "restitution_left"])
 def test_a_sweep_point_by_point_is_that_of_the_kernels(up, monkeypatch):
-    found = plane("omega", up, biased(harmonics=True))
-    kernels = unfolding_map_tile(found, PERIODS, policy="sweep-down")
+    grid = plane("omega", up, biased(harmonics=True))
+    kernels = unfolding_map_tile(grid, PERIODS, policy="sweep-down")
     monkeypatch.setattr(Plane, "is_swept_by_kernels", False)
-    points = unfolding_map_tile(found, PERIODS, policy="sweep-down")
+    points = unfolding_map_tile(grid, PERIODS, policy="sweep-down")
     both = kernels["verified"] & points["verified"]
     assert both.mean() > 0.25
     for name in LABEL:
@@ -189,48 +189,48 @@ def test_a_sweep_point_by_point_is_that_of_the_kernels(up, monkeypatch):
 
 @pytest.mark.parametrize("up", ["bias", "forcing", "restitution"])
 def test_an_ensemble_has_random_states_about_the_origin_of_each_point(up):
-    found = plane("omega", up)
+    grid = plane("omega", up)
     settings = {"policy": "ensemble", "initial_conditions": 3, "seed": 1}
-    arrays = unfolding_map_tile(found, PERIODS, **settings)
+    arrays = unfolding_map_tile(grid, PERIODS, **settings)
     for row, column in [(0, 0), (2, 3)]:
-        one = alone(found, row, column, **settings)
-        assert arrays["share"][row, column] == one["share"][0, 0]
-        assert arrays["motions_found"][row, column] == one["motions_found"][0, 0]
+        single = alone(grid, row, column, **settings)
+        assert arrays["share"][row, column] == single["share"][0, 0]
+        assert arrays["motions_found"][row, column] == single["motions_found"][0, 0]
 
 
 @pytest.mark.parametrize(("across", "up"), [("omega", "forcing"), ("clearance_right", "bias"), ("damping", "forcing")])
 def test_what_is_observed_is_of_the_motion_of_the_oscillator_with_the_values(across, up):
     """Forces that are scaled for the kernels do not scale energies and outputs."""
-    found = plane(across, up, biased())
+    grid = plane(across, up, biased())
     wanted = Observables(
         ("dissipated_power", "impulse", "peak_displacement"), (Output("x2", np.array([0.0, 1.0, 0.0]), np.zeros(3)),)
     )
-    arrays = unfolding_map_tile(found, PERIODS, observed=wanted)
+    arrays = unfolding_map_tile(grid, PERIODS, observed=wanted)
     checked = 0
     for row, column in [(0, 0), (1, 1), (3, 2), (2, 2)]:
-        one = alone(found, row, column, observed=wanted)
-        if one["verified"][0, 0]:
-            np.testing.assert_allclose(arrays["figures"][:, row, column], one["figures"][:, 0, 0], rtol=1e-9)
+        single = alone(grid, row, column, observed=wanted)
+        if single["verified"][0, 0]:
+            np.testing.assert_allclose(arrays["figures"][:, row, column], single["figures"][:, 0, 0], rtol=1e-9)
             checked += 1
     assert checked > 1
 
 
 @pytest.mark.parametrize(("across", "up"), [("omega", "damping"), ("clearance_right", "bias"), ("omega", "forcing")])
 def test_the_margins_are_those_of_the_simulated_steady_motion(across, up):
-    found = plane(across, up, biased(harmonics=True))
-    right, left = grazing_margins(found)
+    grid = plane(across, up, biased(harmonics=True))
+    right, left = grazing_margins(grid)
     for row, column in [(0, 0), (1, 2)]:
-        oscillator, omega, clearance = found.at_point(row, column)
+        oscillator, omega, clearance = grid.at_point(row, column)
         sides = clearance if isinstance(clearance, tuple) else (clearance, clearance)
         phase = np.linspace(0.0, 2.0 * np.pi, 20001)
         motion = np.full_like(
             phase, float(oscillator.contact @ np.linalg.solve(oscillator.stiffness_matrix, oscillator.bias))
         )
-        for one in oscillator.drive:
-            w = one.order * omega
+        for harmonic in oscillator.drive:
+            w = harmonic.order * omega
             matrix = oscillator.stiffness_matrix - w**2 * oscillator.mass_matrix + 1j * w * oscillator.damping_matrix
-            amplitude = oscillator.contact @ np.linalg.solve(matrix, one.amplitudes(np.array([omega]))[0])
-            motion = motion + np.imag(amplitude * np.exp(1j * one.order * phase))
+            amplitude = oscillator.contact @ np.linalg.solve(matrix, harmonic.amplitudes(np.array([omega]))[0])
+            motion = motion + np.imag(amplitude * np.exp(1j * harmonic.order * phase))
         assert right[row, column] == pytest.approx(sides[0] - motion.max(), abs=1e-6)
         assert left[row, column] == pytest.approx(sides[1] + motion.min(), abs=1e-6)
 
@@ -249,9 +249,9 @@ def test_the_margins_are_those_of_the_simulated_steady_motion(across, up):
     ],
 )
 def test_a_plane_out_of_the_domain_of_a_parameter_is_refused(across, up, name):
-    found = Plane(VARYING, ParameterPoint.of(VARYING, 0.29, 1.6), across, up)
+    grid = Plane(VARYING, ParameterPoint.of(VARYING, 0.29, 1.6), across, up)
     with refused(name):
-        unfolding_map_tile(found, PERIODS)
+        unfolding_map_tile(grid, PERIODS)
 
 
 @pytest.mark.parametrize("clearance", [(1.9, 0.4), (0.3, None), (None, 0.3)])
@@ -276,9 +276,9 @@ def test_random_states_of_an_ensemble_have_the_contact_between_the_stops(clearan
 
     monkeypatch.setattr("grazemap_core.maps.runner.settle_column", kept)
     pair = np.array([[np.inf if side is None else side for side in clearance]])
-    found = Plane.of(VARYING, np.array([0.29]), pair)
+    grid = Plane.of(VARYING, np.array([0.29]), pair)
     task = RunSettings(5, 2, starts=random_starts(VARYING, 40, 0))
-    runner = PlaneRunner(found, task)
+    runner = PlaneRunner(grid, task)
     model = trajectory_models(VARYING).free
     reference = Runner(VARYING, task).steady(np.array([0.29]))[0]
     steady = float(reference_state(reference, np.array([1.0]), 0.29, 0.0)[:3] @ VARYING.contact)

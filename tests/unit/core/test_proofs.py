@@ -189,11 +189,11 @@ def test_bifurcations_of_a_general_system_are_proven(kind, parameter, interval, 
 @pytest.mark.parametrize(("kind", "order", "multiple"), [("g", 2, 0), ("h", 2, 1), ("h_s", 2, 1)])
 def test_points_of_one_stop_of_a_general_system_are_proven(kind, order, multiple):
     points = codimension_two_points(GENERAL, 0.2, 2.0, 4, 2, VariedStop(1))
-    said = {"g": None, "h": "SN", "h_s": "PD"}[kind]
+    bifurcation = {"g": None, "h": "SN", "h_s": "PD"}[kind]
     known = [
         point.omega
         for point in points
-        if (point.bifurcation == said and point.multiple == multiple if said else point.order == order)
+        if (point.bifurcation == bifurcation and point.multiple == multiple if bifurcation else point.order == order)
     ]
     assert known
     window = [repr(known[0] * (1.0 - 1e-6)), repr(known[0] * (1.0 + 1e-6))]

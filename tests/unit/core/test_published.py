@@ -21,7 +21,7 @@ def orbit_with(oscillator: Oscillator, omega: float, multiple: int, clearance: f
     """Return the orbit of one impact in so many periods whose impact speed is nearest to a number."""
     family = OrbitFamily.of(oscillator, multiple, False)
     orbits = OneImpactOrbits.of(family, omega, 1, 1.0 + oscillator.restitution)
-    phase = min(orbits.phases(clearance), key=lambda one: abs(orbits.speed(one) - speed))
+    phase = min(orbits.phases(clearance), key=lambda impact_phase: abs(orbits.speed(impact_phase) - speed))
     return periodic_orbit(oscillator, omega, (clearance, None), orbits.impacts(phase))
 
 
@@ -52,8 +52,10 @@ def test_curves_from_a_resonant_graze(kind: str, omega: float, force_there: floa
     beside = there * (1.0 - 1e-3) if kind == "SN" else there
     orbit = orbit_with(VIVID, omega, 2, beside, speed * beside)
     branch = orbit_branch(VIVID, orbit, 0.99 * there, 1.01 * there, "clearance_right")
-    found = [point for point in branch.special_points if point.type == kind]
-    (point,) = (one for one in found if one.impacts.velocities[0] == pytest.approx(speed * there, rel=1e-3))
+    points = [point for point in branch.special_points if point.type == kind]
+    (point,) = (
+        candidate for candidate in points if candidate.impacts.velocities[0] == pytest.approx(speed * there, rel=1e-3)
+    )
     assert 1.0 / point.values.clearance_right == pytest.approx(force_there, rel=2e-9 if kind == "SN" else 2e-5)
     assert point.impacts.velocities[0] / point.values.clearance_right == pytest.approx(speed, rel=1e-4)
     assert point.multipliers.real == pytest.approx(

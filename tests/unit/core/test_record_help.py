@@ -54,7 +54,7 @@ def records() -> list[type]:
         for value in vars(module).values()
         if inspect.isclass(value) and value.__module__.startswith("grazemap_core.")
     }
-    return [one for one in classes if vars(one).keys() & {"__dataclass_fields__", "_fields"}]
+    return [kind for kind in classes if vars(kind).keys() & {"__dataclass_fields__", "_fields"}]
 
 
 def test_texts_stand_below_their_fields():

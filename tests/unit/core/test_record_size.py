@@ -23,23 +23,23 @@ ELASTIC = dataclasses.replace(DEFAULT, restitution=1.0)
 CLOSE = (ELASTIC, 0.29, 1e-4)
 
 
-def parts(found: Trajectory) -> list[object]:
+def parts(run: Trajectory) -> list[object]:
     """Return everything in a result."""
-    named = [found.time, found.displacement, found.velocity, found.undecided, found.motion]
-    return [*named, *vars(found.impacts).values(), *vars(found.sticking).values()]
+    named = [run.time, run.displacement, run.velocity, run.undecided, run.motion]
+    return [*named, *vars(run.impacts).values(), *vars(run.sticking).values()]
 
 
 @pytest.fixture
 def longest(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """The largest number of events that a record had room for."""
-    found, run_recorded = [0], module.run_recorded
+    largest, run_recorded = [0], module.run_recorded
 
     def watched(*arguments: Any) -> object:
-        found[0] = max(found[0], len(arguments[-1].events))
+        largest[0] = max(largest[0], len(arguments[-1].events))
         return run_recorded(*arguments)
 
     monkeypatch.setattr(module, "run_recorded", watched)
-    return found
+    return largest
 
 
 def test_a_trajectory_with_more_impacts_than_a_result_holds_is_refused(longest: list[int]) -> None:
@@ -59,8 +59,8 @@ def test_the_limit_itself_is_allowed_and_changes_nothing() -> None:
     free = trajectory(DEFAULT, 0.29, 1.6, periods=200)
     events = len(free.record.rows) - 1
     held = trajectory(DEFAULT, 0.29, 1.6, periods=200, most_bytes=events * EVENT_BYTES)
-    for one, other in zip(parts(held), parts(free), strict=True):
-        np.testing.assert_array_equal(one, other)
+    for part, other in zip(parts(held), parts(free), strict=True):
+        np.testing.assert_array_equal(part, other)
     with pytest.raises(RecordSizeError):
         trajectory(DEFAULT, 0.29, 1.6, periods=200, most_bytes=events * EVENT_BYTES - 1)
 
@@ -68,11 +68,11 @@ def test_the_limit_itself_is_allowed_and_changes_nothing() -> None:
 def test_trajectories_share_the_limit() -> None:
     events = len(trajectory(DEFAULT, 0.29, 1.6, periods=50).record.rows) - 1
     states = [State(np.zeros(3), np.zeros(3))] * 3
-    found = trajectories(DEFAULT, 0.29, 1.6, states, 50, most_bytes=(3 * events - 1) * EVENT_BYTES)
-    next(found)
-    next(found)
+    runs = trajectories(DEFAULT, 0.29, 1.6, states, 50, most_bytes=(3 * events - 1) * EVENT_BYTES)
+    next(runs)
+    next(runs)
     with pytest.raises(RecordSizeError, match=f"more than {3 * events - 1} impacts"):
-        next(found)
+        next(runs)
 
 
 def test_the_states_of_many_masses_count_too() -> None:
@@ -91,14 +91,14 @@ def test_a_long_transient_keeps_few_events_and_changes_nothing(
     longest[0] = 0
     monkeypatch.setattr(module, "TRANSIENT_EVENTS", 64)
     short = trajectory(oscillator, 0.29, clearance, periods=2, transient_periods=150)
-    for one, other in zip(parts(short), parts(whole), strict=True):
-        np.testing.assert_array_equal(one, other)
+    for part, other in zip(parts(short), parts(whole), strict=True):
+        np.testing.assert_array_equal(part, other)
     assert longest[0] <= 4 * max(64, len(whole.impacts.time))
 
 
 def test_the_impacts_of_a_diagram_are_counted_over_all_its_values() -> None:
-    found = list(sections(line(DEFAULT, "clearance", [1.5, 1.6, 1.7], 0.29)))
-    bytes_of_all = sum(one.impact_velocity.nbytes + one.impact_stop.nbytes for one in found)
+    diagram = list(sections(line(DEFAULT, "clearance", [1.5, 1.6, 1.7], 0.29)))
+    bytes_of_all = sum(section.impact_velocity.nbytes + section.impact_stop.nbytes for section in diagram)
     assert len(list(sections(line(DEFAULT, "clearance", [1.5, 1.6, 1.7], 0.29), most_bytes=bytes_of_all * 8))) == 3
     kept = sections(line(DEFAULT, "clearance", np.linspace(1.5, 1.7, 60), 0.29), most_bytes=bytes_of_all * 8)
     with pytest.raises(RecordSizeError, match=f"more than {bytes_of_all * 8 // 9} impacts"):

@@ -126,11 +126,11 @@ def test_the_predicted_next_contact_of_one_stop_is_the_simulated_one():
     orders = set()
     for point in general_grazing_points(4):
         distance = 1e-8
-        found = next_contact(point.oscillator, [point.omega], distance, 4, point.stop, point.varied)
-        assert found.margin[0] > UNDECIDABLE
+        contact = next_contact(point.oscillator, [point.omega], distance, 4, point.stop, point.varied)
+        assert contact.margin[0] > UNDECIDABLE
         seen = simulated_returns(point, np.zeros(len(point.state)), 4, distance * point.amplitude).overshoot[1:]
         order = int(np.argmax(seen > 0.0)) + 1 if np.any(seen > 0.0) else 0
-        assert (found.order[0], found.stop[0]) == (order, point.stop if order else 0)
+        assert (contact.order[0], contact.stop[0]) == (order, point.stop if order else 0)
         orders.add(order)
     assert len(orders) > 1
 

@@ -37,7 +37,7 @@ class Picture:
     def blank(self) -> Refinement:
         shape = self.truth.shape
         label, computed = np.full(shape, UNKNOWN_LABEL, dtype=np.int32), np.zeros(shape, dtype=np.bool_)
-        return Refinement(label, computed, lambda found: np.isin(found, [SENSITIVE_LABEL, IRREGULAR]), self.compute)
+        return Refinement(label, computed, lambda labels: np.isin(labels, [SENSITIVE_LABEL, IRREGULAR]), self.compute)
 
 
 def blobs(seed: int, shape: tuple[int, int], labels: int, roughness: float) -> NDArray[np.int32]:
@@ -134,11 +134,11 @@ def test_the_interval_contains_the_share_of_wrong_points_in_19_of_20_maps() -> N
         grid = picture.refined()
         named = ~grid.computed & (grid.label != UNRESOLVED)
         share = wrong_motions(grid, picture.truth).sum() / named.sum()
-        found = check_sample(grid, 10_000)
-        assert found is not None
-        assert found.inferred == named.sum()
-        contained += found.low <= share <= found.high
-        wrong += found.wrong
+        check = check_sample(grid, 10_000)
+        assert check is not None
+        assert check.inferred == named.sum()
+        contained += check.low <= share <= check.high
+        wrong += check.wrong
     assert contained >= 55
     assert wrong > 60
 

@@ -40,8 +40,8 @@ def test_the_response_from_rest_is_accurate_at_any_distance_from_resonance(decay
             w = mp.mpc(0, omega)
             near, far = ((mp.exp(w * t) - mp.exp(y * t)) / (w - y) for y in (z, mp.conj(z)))
             exact = (near - far) / (z - mp.conj(z)), (z * near - mp.conj(z) * far) / (z - mp.conj(z))
-        for found, value in zip(response_from_rest(decay, discriminant, omega, t), exact, strict=True):
-            assert abs(found - complex(value)) <= 1e-15 * (1.0 + t) * t
+        for response, value in zip(response_from_rest(decay, discriminant, omega, t), exact, strict=True):
+            assert abs(response - complex(value)) <= 1e-15 * (1.0 + t) * t
 
 
 # one mass at resonance; three masses, all impacts predictable; three masses that grow apart
@@ -80,14 +80,14 @@ def test_free_motion_at_resonance_grows_as_in_the_closed_form_and_can_be_continu
 def test_samples_agree_with_fifty_digits(damping: float | list[float]) -> None:
     oscillator = Oscillator.create([1.0, 2.0, 1.5], [1.0, 1.5, 0.7], damping, [1.0, 0.3, 0.2], 0.7)
     omega = math.sqrt(modal_model(oscillator).frequency_squared[1])
-    found = trajectory(oscillator, omega, 0.7, periods=4, samples_per_period=8)
+    run = trajectory(oscillator, omega, 0.7, periods=4, samples_per_period=8)
     exact = GeneralOracle.between(oscillator, omega, 0.7)
     with digits():
         x, v, _ = exact.at(13 * arb.pi() / (4 * arb(omega)))
         assert len(exact.times) > 0
         errors = [
             abs(float(a - arb(float(b))))
-            for a, b in zip([*x, *v], [*found.displacement[:, 13], *found.velocity[:, 13]], strict=True)
+            for a, b in zip([*x, *v], [*run.displacement[:, 13], *run.velocity[:, 13]], strict=True)
         ]
     assert max(errors) <= 1e-13
 
@@ -96,16 +96,16 @@ def test_samples_agree_with_fifty_digits(damping: float | list[float]) -> None:
 def test_rests_and_releases_at_resonance(restitution: float) -> None:
     oscillator = Oscillator.create([1.0, 2.0], [1.0, 1.5], 0.0, [1.0, 0.3], restitution)
     omega = math.sqrt(modal_model(oscillator).frequency_squared[0])
-    found = trajectory(oscillator, omega, 0.4, periods=6, samples_per_period=1)
+    run = trajectory(oscillator, omega, 0.4, periods=6, samples_per_period=1)
     exact = GeneralOracle.between(oscillator, omega, 0.4)
-    exact.run(until=float(found.time[-1]), releases=4)
+    exact.run(until=float(run.time[-1]), releases=4)
     assert len(exact.releases) >= 3
-    count = min(len(exact.releases), len(found.sticking.start))
+    count = min(len(exact.releases), len(run.sticking.start))
     assert count >= 3
     with digits():
         for k in range(count):
-            assert abs(float(exact.rests[k] - arb(found.sticking.start[k]))) <= 1e-11
-            assert abs(float(exact.releases[k] - arb(found.sticking.stop_time[k]))) <= 1e-11
+            assert abs(float(exact.rests[k] - arb(run.sticking.start[k]))) <= 1e-11
+            assert abs(float(exact.releases[k] - arb(run.sticking.stop_time[k]))) <= 1e-11
 
 
 @pytest.mark.parametrize(

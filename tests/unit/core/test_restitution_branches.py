@@ -56,9 +56,9 @@ def test_branches_over_restitution_are_the_closed_form_s_at_every_one(kind, omeg
             theirs = orbit_at(known, math.atan2(gap + c * speed, d * speed)).multipliers
             if abs(theirs[0]) < 100.0:
                 assert mismatch(multipliers, theirs) < 1e-9
-    found = [p for p in branch.special_points if p.type == kind and p.admissible]
-    assert found
-    for point in found:
+    points = [p for p in branch.special_points if p.type == kind and p.admissible]
+    assert points
+    for point in points:
         known = closed_form(omega, point.restitution, symmetric)
         (same,) = [p for p in known.special_points if p.type == kind and p.impact_velocity > 0.0]
         assert point.status == "converged"

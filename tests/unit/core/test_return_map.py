@@ -118,10 +118,10 @@ def test_with_the_exact_mapping_the_composed_map_is_the_motion_of_any_structure(
     assert points[-1].next().stop == 1
     for point in points:
         for depth in (1e-4, 1e-6):
-            found = compare_returns(point, np.zeros(len(point.state)), 3, depth * point.amplitude, "exact")
+            returns = compare_returns(point, np.zeros(len(point.state)), 3, depth * point.amplitude, "exact")
             # a run starts on the stop to the round-off of a difference, over an impact velocity of sqrt(depth)
-            assert np.all(found.error < 1e-14 / depth**0.5)
-            assert found.simulated.overshoot[0] == depth * point.amplitude
+            assert np.all(returns.error < 1e-14 / depth**0.5)
+            assert returns.simulated.overshoot[0] == depth * point.amplitude
 
 
 def errors_of_second_return(point, overshoots):

@@ -65,7 +65,7 @@ def assert_as_exactly(run: MultiprecisionRun, exact: GeneralOracle, periods: int
         exact.run(until=(2 * arb.pi() / arb(exact.omega) * periods).mid())
         names = ("times", "rests", "releases")
         events = sorted(
-            ((time, name) for name in names for time in getattr(exact, name)), key=lambda one: float(one[0])
+            ((time, name) for name in names for time in getattr(exact, name)), key=lambda event: float(event[0])
         )
         # of a chatter, only its end counts
         short = float(SHORTEST_FLIGHT * run.period)
@@ -86,8 +86,8 @@ def test_impacts_are_those_of_the_series_of_the_equations(oscillator, omega, cle
     """Damping per link and proportional, overdamped, from any state and phase."""
     start = None if state is None else np.array(state)
     run = MultiprecisionRun(oscillator, omega, clearance, start, phase, 192)
-    given = [None, None] if state is None else start.tolist()
-    initial = {"displacement": given[0], "velocity": given[1], "phase": phase}
+    vectors = [None, None] if state is None else start.tolist()
+    initial = {"displacement": vectors[0], "velocity": vectors[1], "phase": phase}
     exact = GeneralOracle.of(oscillator, omega, clearance, clearance, digits=57, **initial)
     impacts, rests = assert_as_exactly(run, exact, 12)
     assert (impacts > 10, rests) == (True, 0)
@@ -230,9 +230,9 @@ def test_a_contact_that_double_precision_does_not_resolve_is_decided(faster, sto
             assert float(run.impacts[0].time) == pytest.approx(np.arcsin(1.0 / velocity), rel=1e-7)
 
 
-def counts(found):
+def counts(tile):
     """The motion of a map's only point."""
-    return [found[name][0, 0] for name in ("period", "impacts_right", "impacts_left")]
+    return [tile[name][0, 0] for name in ("period", "impacts_right", "impacts_left")]
 
 
 def resolved_as_exactly(point):
@@ -267,8 +267,8 @@ def test_a_sensitive_point_of_a_map_is_resolved_as_exactly():
 
 @KERNELS_FIRST
 def test_the_exact_motion_is_found_where_double_precision_finds_another():
-    found = unfolding_map_tile(Plane.of(CHAOTIC, np.array([OMEGA]), np.array([CLEARANCE])))
-    assert counts(found) != [3, 4, 4]
+    tile = unfolding_map_tile(Plane.of(CHAOTIC, np.array([OMEGA]), np.array([CLEARANCE])))
+    assert counts(tile) != [3, 4, 4]
     label, bits = resolved_as_exactly(ONE_MASS)
     assert label == ONE_MASS.label
     assert bits >= 512
@@ -349,10 +349,10 @@ def test_the_trajectories_of_an_ensemble_are_resolved_before_the_most_frequent_m
     oscillator, omega, clearance, all_sensitive
 ):
     grid, settings = (np.array([omega]), np.array([clearance])), {"policy": "ensemble", "initial_conditions": 3}
-    found = unfolding_map_tile(Plane.of(oscillator, *grid), **settings, resolve_sensitive=True)
-    assert found["resolved"]
-    assert found["verified"]
-    assert found["share"] >= 1 / 3
+    tile = unfolding_map_tile(Plane.of(oscillator, *grid), **settings, resolve_sensitive=True)
+    assert tile["resolved"]
+    assert tile["verified"]
+    assert tile["share"] >= 1 / 3
 
 
 def test_slow_transients_are_undecided():
@@ -375,10 +375,10 @@ LOSSY = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0
 
 def test_a_motion_that_rests_on_its_way_is_resolved_as_exactly():
     state = np.array([[1.7999, -6.0, 0.0], [0.001, 0.0, 0.0]])
-    found = Resolver(LOSSY, 0.29).resolve(1.8, state, 0.5)
-    assert not found.reason
+    answer = Resolver(LOSSY, 0.29).resolve(1.8, state, 0.5)
+    assert not answer.reason
     names = lane_state.PERIOD, lane_state.IMPACTS_RIGHT, lane_state.IMPACTS_LEFT
-    assert [found.codes[name] for name in names] == [1, 1, 1]
+    assert [answer.codes[name] for name in names] == [1, 1, 1]
     initial = {"displacement": state[0].tolist(), "velocity": state[1].tolist(), "phase": 0.5}
     exact = GeneralOracle.of(LOSSY, 0.29, 1.8, 1.8, **initial)
     exact.run(until=80 * 2.0 * np.pi / 0.29)
@@ -390,15 +390,15 @@ def test_a_motion_that_rests_on_its_way_is_resolved_as_exactly():
 
 
 def test_a_motion_with_rests_is_undecided():
-    found = Resolver(LOSSY, 0.29).resolve(1.6)
-    assert found.reason == "the contact comes to rest on a stop again and again"
-    assert len(found.codes) == 0
+    answer = Resolver(LOSSY, 0.29).resolve(1.6)
+    assert answer.reason == "the contact comes to rest on a stop again and again"
+    assert len(answer.codes) == 0
 
 
 def test_a_steady_motion_that_cancels_is_undecided():
     beside = Oscillator.create([1.0], [1.0], 0.0, [1.0], 0.95)
-    found = Resolver(beside, 1.0 + 2.0**-40).resolve(1.0, np.zeros((2, 1)))
-    assert found.reason == "double precision does not locate the contacts, as near an undamped resonance"
+    answer = Resolver(beside, 1.0 + 2.0**-40).resolve(1.0, np.zeros((2, 1)))
+    assert answer.reason == "double precision does not locate the contacts, as near an undamped resonance"
     assert not MultiprecisionRun(beside, 1.01, 1.0, np.zeros((2, 1)), 0.0, 128).ended
 
 
@@ -418,8 +418,8 @@ def test_bits_below_the_error_are_not_needed():
 
 @pytest.mark.parametrize("velocity", [0.0, 0.5])
 def test_a_start_against_a_stop_is_undecided(velocity):
-    found = Resolver(CHAOTIC, OMEGA).resolve(CLEARANCE, np.array([[CLEARANCE], [velocity]]))
-    assert found.reason == "the contact starts on a stop or beyond it"
+    answer = Resolver(CHAOTIC, OMEGA).resolve(CLEARANCE, np.array([[CLEARANCE], [velocity]]))
+    assert answer.reason == "the contact starts on a stop or beyond it"
 
 
 def test_runs_that_never_have_the_same_impacts_end():

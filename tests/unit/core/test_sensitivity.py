@@ -95,21 +95,21 @@ def test_the_error_is_the_one_estimated(clearance):
     ids=["three masses", "one mass"],
 )
 def test_a_long_chaotic_transient_is_sensitive(oscillator, omega, clearance):
-    found = unfolding_map_tile(Plane.of(oscillator, np.array([omega]), np.array([clearance])))
-    assert found["sensitive"][0, 0]
-    assert not found["verified"][0, 0]
-    assert found["reason"][0, 0] == ROUNDING_DECIDES
-    assert found["transient_growth"][0, 0] > 30.0
+    tile = unfolding_map_tile(Plane.of(oscillator, np.array([omega]), np.array([clearance])))
+    assert tile["sensitive"][0, 0]
+    assert not tile["verified"][0, 0]
+    assert tile["reason"][0, 0] == ROUNDING_DECIDES
+    assert tile["transient_growth"][0, 0] > 30.0
 
 
 def test_hardly_any_point_of_the_papers_map_is_sensitive():
-    found = unfolding_map_tile(Plane.of(DEFAULT, np.linspace(0.26, 0.3, 4), np.linspace(1.3, 2.0, 64)))
-    periodic = found["kind"] == 1
-    share = found["sensitive"][periodic].mean()
+    tile = unfolding_map_tile(Plane.of(DEFAULT, np.linspace(0.26, 0.3, 4), np.linspace(1.3, 2.0, 64)))
+    periodic = tile["kind"] == 1
+    share = tile["sensitive"][periodic].mean()
     assert share < 0.05
-    assert (found["verified"] | found["sensitive"] | (found["reason"] > 0))[periodic].all()
-    captured = found["verified"] | (found["reason"] == ROUNDING_DECIDES)
-    assert (np.isfinite(found["transient_growth"]) == captured).all()
+    assert (tile["verified"] | tile["sensitive"] | (tile["reason"] > 0))[periodic].all()
+    captured = tile["verified"] | (tile["reason"] == ROUNDING_DECIDES)
+    assert (np.isfinite(tile["transient_growth"]) == captured).all()
 
 
 @pytest.mark.parametrize(
@@ -130,8 +130,8 @@ def test_where_the_next_double_has_another_motion_neither_is_verified(policy: st
             Plane.of(oscillator, np.array([omega]), np.array(clearances)), preview=True, **settings
         )
 
-    def label(found: dict[str, NDArray[np.generic]], row: int) -> tuple[int, ...]:
-        return tuple(int(found[name][row, 0]) for name in ("kind", "period", "impacts_right", "impacts_left"))
+    def label(tile: dict[str, NDArray[np.generic]], row: int) -> tuple[int, ...]:
+        return tuple(int(tile[name][row, 0]) for name in ("kind", "period", "impacts_right", "impacts_left"))
 
     grid, checked = np.linspace(1.3, 2.0, 40), 0
     coarse = at(*grid)
@@ -143,8 +143,8 @@ def test_where_the_next_double_has_another_motion_neither_is_verified(policy: st
                 low = middle
             else:
                 high = middle
-        found = at(low, high)
-        if (found["kind"] == 1).all():  # not where one of them settles just after max_periods
+        pair = at(low, high)
+        if (pair["kind"] == 1).all():  # not where one of them settles just after max_periods
             checked += 1
-            assert not found["verified"].any()
+            assert not pair["verified"].any()
     assert checked > 0

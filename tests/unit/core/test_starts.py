@@ -76,7 +76,7 @@ def test_the_states_of_basins_begin_where_they_are(oscillator, omega: float, cle
     state, added = initial_states(forced, across, up, None, None)
     for part in (added, added[1:2, 1:2]):  # a single state is no other case
         codes, _ = run_states(Runner(oscillator, SHORT), forced, state, part, 0.5)
-        alone = [impacts(forced, *one, 0.5) for one in (state + part).reshape(-1, *state.shape)]
+        alone = [impacts(forced, *start, 0.5) for start in (state + part).reshape(-1, *state.shape)]
         assert codes[:, IMPACTS].tolist() == alone
 
 

@@ -76,13 +76,13 @@ def test_special_points_over_a_mass_have_their_multipliers(branch):
             seen.add(point.type)
             for start in starts_beyond(OSCILLATOR, point, "masses[2]"):
                 other = start.values.applied(OSCILLATOR)
-                found = periodic_orbit(other, start.omega, start.clearance, start.impacts.whole)
-                assert found.converged
+                beyond = periodic_orbit(other, start.omega, start.clearance, start.impacts.whole)
+                assert beyond.converged
     assert seen == {"SN", "PD"}
 
 
 def test_a_curve_over_damping_and_a_mass_keeps_its_multiplier(branch):
-    point = next(one for one in branch.special_points if one.type == "PD")
+    point = next(special for special in branch.special_points if special.type == "PD")
     mass = dict(point.values.structure)["masses[2]"]
     curve = bifurcation_curve(
         OSCILLATOR, point, (mass - 0.3, mass + 0.3), (0.9, 1.1), plane=("masses[2]", "damping"), longest_step=0.1

@@ -77,34 +77,34 @@ def second_forces(system: System):
 @pytest.mark.parametrize("seed", the_first(20, range(200)))
 def test_random_structures_agree_with_fifty_digits(seed: int) -> None:
     system = random_system(seed)
-    found = summary(system.oscillator, [system.omega], [system.time])
+    figures = summary(system.oscillator, [system.omega], [system.time])
     oracle = system.oracle
-    assert found.effective_mass == pytest.approx(oracle.effective_mass(), rel=1e-14)
-    assert found.kappa == pytest.approx(oracle.kappa(), rel=1e-13)
-    assert found.natural_frequencies == pytest.approx(oracle.natural_frequencies(), rel=1e-14)
-    assert found.impulse_response[0] == pytest.approx(oracle.impulse_response(system.time), rel=1e-12, abs=1e-14)
-    assert (found.contact_weights**2).sum() == pytest.approx(1.0 / found.effective_mass, rel=1e-13)
-    for one, forces in zip(found.harmonics, (first_forces(system), second_forces(system)), strict=True):
-        amplitude, phase, slope = oracle.response(forces, one.order, system.omega)
-        assert one.amplitude[0] == pytest.approx(amplitude, rel=1e-15)
-        assert np.exp(1j * one.phase[0]) == pytest.approx(np.exp(1j * phase), abs=1e-14)
-        assert one.amplitude_slope[0] == pytest.approx(slope, rel=1e-12)
+    assert figures.effective_mass == pytest.approx(oracle.effective_mass(), rel=1e-14)
+    assert figures.kappa == pytest.approx(oracle.kappa(), rel=1e-13)
+    assert figures.natural_frequencies == pytest.approx(oracle.natural_frequencies(), rel=1e-14)
+    assert figures.impulse_response[0] == pytest.approx(oracle.impulse_response(system.time), rel=1e-12, abs=1e-14)
+    assert (figures.contact_weights**2).sum() == pytest.approx(1.0 / figures.effective_mass, rel=1e-13)
+    for harmonic, forces in zip(figures.harmonics, (first_forces(system), second_forces(system)), strict=True):
+        amplitude, phase, slope = oracle.response(forces, harmonic.order, system.omega)
+        assert harmonic.amplitude[0] == pytest.approx(amplitude, rel=1e-15)
+        assert np.exp(1j * harmonic.phase[0]) == pytest.approx(np.exp(1j * phase), abs=1e-14)
+        assert harmonic.amplitude_slope[0] == pytest.approx(slope, rel=1e-12)
     model = modal_model(system.oscillator)
     exponents = np.array(oracle.exponents())
     for decay, discriminant in zip(model.decay, model.discriminant, strict=True):
         ours = -decay + 1j * np.sqrt(complex(discriminant))
         assert np.min(np.abs(exponents - ours)) < 1e-14 * np.max(np.abs(exponents))
-    residual = system.oscillator.stiffness_matrix @ found.equilibrium - system.oscillator.bias
+    residual = system.oscillator.stiffness_matrix @ figures.equilibrium - system.oscillator.bias
     assert residual == pytest.approx(0.0, abs=1e-13)
-    assert found.contact_equilibrium == pytest.approx(system.oscillator.contact @ found.equilibrium, abs=1e-15)
+    assert figures.contact_equilibrium == pytest.approx(system.oscillator.contact @ figures.equilibrium, abs=1e-15)
 
 
 def test_a_chain_and_its_matrices_agree() -> None:
     chain = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], [0.1, 0.3, 0.0], [1.0, 0.0, 0.0], 0.8)
     dense = Matrices.create(chain.mass_matrix, chain.stiffness_matrix, chain.damping_matrix)
     for contact in ([1.0, 0.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, -1.0]):
-        both = [Oscillator.of_structure(one, contact, chain.drive, 0.8) for one in (chain.structure, dense)]
-        ours, other = (summary(one, [0.29, 0.9], [3.7, 20.0]) for one in both)
+        both = [Oscillator.of_structure(structure, contact, chain.drive, 0.8) for structure in (chain.structure, dense)]
+        ours, other = (summary(oscillator, [0.29, 0.9], [3.7, 20.0]) for oscillator in both)
         assert ours.harmonics[0].amplitude == pytest.approx(other.harmonics[0].amplitude, rel=1e-14)
         assert ours.impulse_response == pytest.approx(other.impulse_response, rel=1e-12)
         assert ours.contact_weights == pytest.approx(other.contact_weights, rel=1e-13)
@@ -121,10 +121,10 @@ def test_a_contact_within_a_stiff_chain_keeps_its_digits() -> None:
         chain.stiffness_matrix,
         [1, -1, 0],
     )
-    found = summary(inner, [0.3], [])
+    figures = summary(inner, [0.3], [])
     amplitude, _, _ = oracle.response(lambda _: [acb(1), acb(0), acb(0)], 1, 0.3)
     assert amplitude < 1e-9
-    assert found.harmonics[0].amplitude[0] == pytest.approx(amplitude, rel=1e-14)
+    assert figures.harmonics[0].amplitude[0] == pytest.approx(amplitude, rel=1e-14)
 
 
 def test_ratios_and_rayleigh_damping_are_what_they_say() -> None:
@@ -140,8 +140,8 @@ def test_ratios_and_rayleigh_damping_are_what_they_say() -> None:
     assert ratios(modal=[0.01, 0.02, 0.5, 1.5]) == pytest.approx([0.01, 0.02, 0.5, 1.5], rel=1e-14)
     assert ratios(rayleigh=[0.1, 0.2]) == pytest.approx(0.05 / frequencies + 0.1 * frequencies, rel=1e-13)
     # the matrix of the ratios is that of a structure with these ratios
-    given = Matrices.create(mass, stiffness, modal=[0.01, 0.02, 0.5, 1.5]).damping_matrix
-    assert ratios(damping=given) == pytest.approx([0.01, 0.02, 0.5, 1.5], rel=1e-13)
+    matrix = Matrices.create(mass, stiffness, modal=[0.01, 0.02, 0.5, 1.5]).damping_matrix
+    assert ratios(damping=matrix) == pytest.approx([0.01, 0.02, 0.5, 1.5], rel=1e-13)
 
 
 def test_a_moving_base_is_seen_alike_from_space_and_from_the_ground() -> None:
@@ -150,22 +150,22 @@ def test_a_moving_base_is_seen_alike_from_space_and_from_the_ground() -> None:
     ones = np.ones(3)
     space = Oscillator.of_structure(chain, [1.0, 0.0, 0.0], [base_in_space(1.0, *chain.ground_forces(ones))], 0.8)
     ground = Oscillator.of_structure(chain, [1.0, 0.0, 0.0], [base_with_stops(1.0, chain.mass_matrix @ ones)], 0.8)
-    seen = [summary(one, [0.29], []).harmonics[0] for one in (space, ground)]
-    absolute, relative = (one.amplitude[0] * np.exp(1j * one.phase[0]) for one in seen)
+    seen = [summary(oscillator, [0.29], []).harmonics[0] for oscillator in (space, ground)]
+    absolute, relative = (harmonic.amplitude[0] * np.exp(1j * harmonic.phase[0]) for harmonic in seen)
     assert absolute == pytest.approx(relative + 1.0, rel=1e-14)
 
 
 def test_a_mode_that_contact_does_not_see_may_be_free() -> None:
     structure = Matrices.create(np.eye(2), [[1.0, -1.0], [-1.0, 1.0]], [[0.1, -0.1], [-0.1, 0.1]])
     drive = [force(1, np.array([1.0, -1.0]))]
-    found = summary(Oscillator.of_structure(structure, [1.0, -1.0], drive, 0.8, [0.3, -0.3]), [0.5], [2.0])
-    assert found.natural_frequencies == pytest.approx([0.0, np.sqrt(2.0)], abs=1e-15)
-    assert found.contact_weights[0] == 0.0
+    figures = summary(Oscillator.of_structure(structure, [1.0, -1.0], drive, 0.8, [0.3, -0.3]), [0.5], [2.0])
+    assert figures.natural_frequencies == pytest.approx([0.0, np.sqrt(2.0)], abs=1e-15)
+    assert figures.contact_weights[0] == 0.0
     # q'' + 0.2 q' + 2 q = 2 sin(omega t)
-    assert found.harmonics[0].amplitude[0] == pytest.approx(2.0 / abs(2.0 - 0.25 + 0.1j), rel=1e-14)
-    assert found.contact_equilibrium == pytest.approx(0.3, rel=1e-14)
+    assert figures.harmonics[0].amplitude[0] == pytest.approx(2.0 / abs(2.0 - 0.25 + 0.1j), rel=1e-14)
+    assert figures.contact_equilibrium == pytest.approx(0.3, rel=1e-14)
     damped = np.sqrt(1.99)
-    assert found.impulse_response[0] == pytest.approx(np.exp(-0.2) * np.sin(2 * damped) / damped, rel=1e-13)
+    assert figures.impulse_response[0] == pytest.approx(np.exp(-0.2) * np.sin(2 * damped) / damped, rel=1e-13)
     with pytest.raises(ParameterError, match="free mode"):
         summary(Oscillator.of_structure(structure, [1.0, 0.0], drive, 0.8), [0.5], [])
     with pytest.raises(ParameterError, match="no equilibrium"):
@@ -173,7 +173,7 @@ def test_a_mode_that_contact_does_not_see_may_be_free() -> None:
 
 
 PART = tuple(
-    np.array(one) for one in ([[1.0, 0.0], [0.0, 2.0]], [[0.3, -0.1], [-0.1, 0.1]], [[2.0, -1.0], [-1.0, 1.0]])
+    np.array(matrix) for matrix in ([[1.0, 0.0], [0.0, 2.0]], [[0.3, -0.1], [-0.1, 0.1]], [[2.0, -1.0], [-1.0, 1.0]])
 )
 TURNING = (np.eye(2), np.array([[0.2, 0.5], [-0.5, 0.1]]), np.diag([1.0, 2.0]))
 OVERDAMPED = (np.eye(2), np.array([[6.0, -1.0], [-1.0, 2.0]]), np.diag([1.0, 2.0]))
@@ -187,11 +187,11 @@ def flow_error(structure: Matrices, time: float) -> float:
         np.reshape(block_flow(*numbers, time), (2, 2))
         for numbers in zip(model.decay, model.discriminant, model.frequency_squared, strict=True)
     ]
-    found = model.from_modal @ block_diag(*blocks) @ model.to_modal
+    flow = model.from_modal @ block_diag(*blocks) @ model.to_modal
     oracle = StructureOracle(structure.mass_matrix, structure.damping_matrix, structure.stiffness_matrix, [])
     exact = np.array(oracle.flow(time))
     weights = block_diag(*(np.linalg.cholesky(m).T for m in (structure.stiffness_matrix, structure.mass_matrix)))
-    return float(np.linalg.norm(weights @ (found - exact) @ np.linalg.inv(weights), 2))
+    return float(np.linalg.norm(weights @ (flow - exact) @ np.linalg.inv(weights), 2))
 
 
 @pytest.mark.parametrize("part", [PART, TURNING, OVERDAMPED, STIFF], ids=["damped", "turning", "overdamped", "stiff"])
@@ -200,7 +200,7 @@ def flow_error(structure: Matrices, time: float) -> float:
 def test_equal_parts_that_are_joined_weakly_or_not_at_all_move_as_in_fifty_digits(
     part: tuple[np.ndarray, ...], count: int, joined: float
 ) -> None:
-    mass, damping, stiffness = (block_diag(*[one] * count) for one in part)
+    mass, damping, stiffness = (block_diag(*[matrix] * count) for matrix in part)
     spring = joined * part[2][0, 0]
     for i, j, sign in ((0, 0, 1.0), (2, 2, 1.0), (0, 2, -1.0), (2, 0, -1.0)):
         stiffness[i, j] += sign * spring
@@ -214,7 +214,7 @@ def test_equal_parts_that_are_joined_weakly_or_not_at_all_move_as_in_fifty_digit
 @pytest.mark.parametrize("force_on_other", [1e-13, 1e-11, 1e-9, 1e-2])
 def test_equal_parts_of_which_one_pushes_the_other_are_refused(force_on_other: float) -> None:
     """Their modes are defective together: the other part is in resonance with the one that pushes it."""
-    mass, damping, stiffness = (block_diag(one, one) for one in PART)
+    mass, damping, stiffness = (block_diag(matrix, matrix) for matrix in PART)
     stiffness[0, 3] = -force_on_other
     with pytest.raises(ConditioningError):
         modal_model(Matrices.create(mass, stiffness, damping))
@@ -227,11 +227,11 @@ def test_a_structure_with_equal_branches_hits_its_stop_as_in_fifty_digits() -> N
     structure = Matrices.create(np.eye(5), stiffness, np.diag([0.3, 0.1, 0.1, 0.1, 0.1]))
     drive = [force(1, np.array([1.0, 0.5, 0.0, 0.0, 0.0]))]
     oscillator = Oscillator.of_structure(structure, [1.0, 0.0, -0.5, 0.0, 0.0], drive, 0.8)
-    found = trajectory(oscillator, 0.9, (0.2, 0.3), np.zeros(5), np.zeros(5), periods=6)
+    run = trajectory(oscillator, 0.9, (0.2, 0.3), np.zeros(5), np.zeros(5), periods=6)
     exact = GeneralOracle.of(oscillator, 0.9, 0.2, 0.3)
     exact.run(until=6.0 * 2.0 * np.pi / 0.9)
     assert len(exact.times) > 10
-    np.testing.assert_allclose(found.impacts.time, [float(time) for time in exact.times], rtol=1e-11)
+    np.testing.assert_allclose(run.impacts.time, [float(time) for time in exact.times], rtol=1e-11)
 
 
 def test_gaps_are_those_from_the_equilibrium() -> None:
@@ -284,8 +284,8 @@ def test_the_response_at_many_frequencies_takes_the_memory_of_some(monkeypatch: 
     whole = harmonic_response.contact_response(oscillator, omega)
     monkeypatch.setattr(harmonic_response, "FREQUENCIES_AT_ONCE", 2**10)
     tracemalloc.start()
-    found = harmonic_response.contact_response(oscillator, omega)
+    response = harmonic_response.contact_response(oscillator, omega)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak < 2**14 * 64 * 16 / 2  # half of the amplitudes of all masses
-    assert found.tobytes() == whole.tobytes()
+    assert response.tobytes() == whole.tobytes()

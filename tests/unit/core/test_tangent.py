@@ -158,8 +158,8 @@ def test_one_impact_a_period_has_the_multipliers_of_its_closed_form() -> None:
             omega**2 * (clearance + factor * speed * h) + factor * speed * (bend - second)
         )
         expected = np.linalg.det(mu * np.eye(6) - flow) * chi / speed
-        found = np.prod(mu - result.multipliers)
-        assert abs(found - expected) < 1e-11
+        product = np.prod(mu - result.multipliers)
+        assert abs(product - expected) < 1e-11
 
 
 def test_free_motion_has_the_multipliers_of_its_exponents() -> None:
@@ -171,13 +171,13 @@ def test_free_motion_has_the_multipliers_of_its_exponents() -> None:
 
 
 def test_multipliers_are_those_of_the_motion_wherever_it_is_cut() -> None:
-    one = monodromy(DEFAULT, 0.29, 1.6)
-    assert (one.period, one.closing < 1e-13) == (1, True)
-    quarter = trajectory(DEFAULT, 0.29, 1.6, one.displacement, one.velocity, periods=1, samples_per_period=4)
+    whole = monodromy(DEFAULT, 0.29, 1.6)
+    assert (whole.period, whole.closing < 1e-13) == (1, True)
+    quarter = trajectory(DEFAULT, 0.29, 1.6, whole.displacement, whole.velocity, periods=1, samples_per_period=4)
     other = monodromy(
         DEFAULT, 0.29, 1.6, quarter.displacement[:, 1], quarter.velocity[:, 1], phase=math.pi / 2, period=1
     )
-    np.testing.assert_allclose(np.abs(other.multipliers), np.abs(one.multipliers), rtol=0, atol=1e-11)
+    np.testing.assert_allclose(np.abs(other.multipliers), np.abs(whole.multipliers), rtol=0, atol=1e-11)
 
 
 @pytest.mark.parametrize(
@@ -242,9 +242,9 @@ def test_eigenvalues_of_small_matrices() -> None:
             matrix = np.linalg.qr(matrix)[0]
         real, imaginary = np.empty(n), np.empty(n)
         assert eigenvalues(matrix.copy(), real, imaginary) == OK
-        found, norm = real + 1j * imaginary, np.linalg.norm(matrix)
-        for value in found:  # each is exact for a matrix this close
+        spectrum, norm = real + 1j * imaginary, np.linalg.norm(matrix)
+        for value in spectrum:  # each is exact for a matrix this close
             assert np.linalg.svd(matrix - value * np.eye(n), compute_uv=False)[-1] < 1e-14 * norm
-        coefficients = np.poly(found / norm)
+        coefficients = np.poly(spectrum / norm)
         np.testing.assert_allclose(coefficients, np.poly(matrix / norm), rtol=0, atol=1e-12)
     assert eigenvalues(np.array([[1.0, np.nan], [0.0, 1.0]]), np.empty(2), np.empty(2)) == QR_NOT_CONVERGED

@@ -128,8 +128,8 @@ def test_thresholds_of_the_next_contact(order, near):
     without = square < 1.0
     predicted = next_contact(DEFAULT, [omega], distance, order).order[0] == order
     assert simulated_contact(DEFAULT, omega, distance, order)[0] == (order if predicted else 0)
-    said = ["yes" if answer else "no" for answer in (without, predicted, predicted)]
-    assert cells(f"{order}, {point.omega:.4f}") == [f"{square:.4f}", *said]
+    words = ["yes" if answer else "no" for answer in (without, predicted, predicted)]
+    assert cells(f"{order}, {point.omega:.4f}") == [f"{square:.4f}", *words]
 
 
 @functools.cache
@@ -181,8 +181,8 @@ def test_special_points_of_a_branch_of_one_impact(label, index, kind):
 def test_curves_over_the_forces(label, index):
     """At the frequency of the branch F is the clearance of the stops over that of the branch, and v is F times its."""
     stops, known = 2.0, one_impact_branch(DEFAULT, 0.27).special_points[index]
-    found = window_curves(DEFAULT, (0.27, 0.271), (1.0, 1.2), 1, 2, VariedFactor("forcing", stops, stops))
-    (curve,) = (one for one in found if (one.type, one.symmetric) == (known.type, False))
+    pieces = window_curves(DEFAULT, (0.27, 0.271), (1.0, 1.2), 1, 2, VariedFactor("forcing", stops, stops))
+    (curve,) = (piece for piece in pieces if (piece.type, piece.symmetric) == (known.type, False))
     factor, speed = curve.value[0], curve.impact_velocity[0]
     assert cells(f"factor of the forces, {label}") == [f"{factor:.12f}", f"{speed:.12f}"]
     assert factor == pytest.approx(stops / known.clearance, rel=1e-13)
@@ -200,11 +200,11 @@ def test_margins_of_the_stops(omega):
     assert right != pytest.approx(left, rel=1e-4)
     forcing, factor = Axis("forcing", np.array([0.5, 2.0])), Axis("bias", np.array([-1.0, 3.0]))
     at = ParameterPoint.of(system, omega, 1.6)
-    for found, side, largest in zip(
+    for margins, side, largest in zip(
         grazing_margins(Plane(system, at, forcing, factor)), (1, -1), (right, left), strict=True
     ):
         expected = [[1.6 - side * beta * place - f * largest for f in forcing.values] for beta in factor.values]
-        np.testing.assert_allclose(found, expected, rtol=1e-12)
+        np.testing.assert_allclose(margins, expected, rtol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -50,9 +50,9 @@ def test_reference_trajectory_has_every_impact_of_the_40_digit_simulation() -> N
 
 @pytest.mark.parametrize("seed", the_first(6, range(50)))
 def test_random_chains_have_the_impacts_of_the_40_digit_simulation_to_a_few_roundings_of_the_inputs(seed: int) -> None:
-    found = compare(*random_point(seed))
-    assert found.complete
-    assert found.worst < 8 * EPSILON, found.error / found.amplification
+    accuracy = compare(*random_point(seed))
+    assert accuracy.complete
+    assert accuracy.worst < 8 * EPSILON, accuracy.error / accuracy.amplification
 
 
 def test_samples_are_exact_between_and_after_impacts() -> None:
@@ -131,9 +131,9 @@ def test_a_large_phase_is_the_phase_that_it_is_modulo_a_turn() -> None:
     for phase in (1e3, 1e9, 1e15):
         with mp.workdps(40):
             plain = float(mp.fmod(mp.mpf(phase), 2 * mp.pi))
-        one = trajectory(DEFAULT, 0.29, 1.6, phase=phase, periods=3)
+        run = trajectory(DEFAULT, 0.29, 1.6, phase=phase, periods=3)
         other = trajectory(DEFAULT, 0.29, 1.6, phase=plain, periods=3)
-        np.testing.assert_allclose(one.impacts.time, other.impacts.time, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(run.impacts.time, other.impacts.time, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -46,12 +46,12 @@ def test_verified_points_are_as_in_fifty_digits(first: int) -> None:
 
 def test_wrong_labels_are_caught() -> None:
     omega, clearance = 0.27, 1.85  # one impact, on one stop
-    found = unfolding_map_tile(Plane.of(DEFAULT, np.array([omega]), np.array([clearance])))
-    label = [found[name][0, 0].item() for name in ("period", "impacts_right", "impacts_left", "symmetric")]
+    tile = unfolding_map_tile(Plane.of(DEFAULT, np.array([omega]), np.array([clearance])))
+    label = [tile[name][0, 0].item() for name in ("period", "impacts_right", "impacts_left", "symmetric")]
     assert label[0] == 1
     assert sorted(label[1:3]) == [-1, 1]
     assert not label[3]
-    after = found["settled_after"][0, 0].item()
+    after = tile["settled_after"][0, 0].item()
     right = Point(DEFAULT, omega, clearance, 1, 1, 0, False, after, 0.0, 0.0)
     run = impacts_in_fifty_digits(right)
     assert verdict(right, run) == EQUAL
@@ -98,11 +98,11 @@ def test_orbits_of_verified_points_are_those_of_fifty_digits() -> None:
     """Newton's method in 50 digits from M, C, K, f and R: slowest impact and largest multiplier as the map says."""
     rng = np.random.default_rng(8)
     omegas, clearances = np.sort(rng.uniform(0.26, 0.32, 8)), np.sort(rng.uniform(1.2, 2.0, 60))
-    found = unfolding_map_tile(Plane.of(DEFAULT, omegas, clearances), 400)
+    tile = unfolding_map_tile(Plane.of(DEFAULT, omegas, clearances), 400)
     compared = 0
-    for i, j in np.argwhere(found["verified"]):
-        one = {name: values[i, j].item() for name, values in found.items()}
-        impacts = max(one["impacts_right"], 0) + max(one["impacts_left"], 0)
+    for i, j in np.argwhere(tile["verified"]):
+        point = {name: values[i, j].item() for name, values in tile.items()}
+        impacts = max(point["impacts_right"], 0) + max(point["impacts_left"], 0)
         if not 0 < impacts <= MOST_IMPACTS or compared == ORBITS:
             continue
         omega, clearance = float(omegas[j]), float(clearances[i])
@@ -110,61 +110,61 @@ def test_orbits_of_verified_points_are_those_of_fifty_digits() -> None:
         assert run.motion.kind == "periodic"
         orbit = solved(DEFAULT, omega, clearance, impacts_of(run))
         symmetric = orbit.sign == -1
-        assert (orbit.half_periods // (1 if symmetric else 2), symmetric) == (one["period"], one["symmetric"])
+        assert (orbit.half_periods // (1 if symmetric else 2), symmetric) == (point["period"], point["symmetric"])
         assert len(orbit.stops) * (2 if symmetric else 1) == impacts
         slowest = min(abs(float(v)) for v in orbit.velocities)
-        assert one["least_impact_velocity"] == pytest.approx(slowest, rel=1e-11)
+        assert point["least_impact_velocity"] == pytest.approx(slowest, rel=1e-11)
         with digits():
             largest = max(abs(value) for value in orbit.multipliers()) ** (2 if symmetric else 1)
-        assert one["multiplier"] == pytest.approx(largest, rel=1e-8, abs=1e-12)
+        assert point["multiplier"] == pytest.approx(largest, rel=1e-8, abs=1e-12)
         compared += 1
     assert compared == ORBITS
 
 
 def test_a_point_that_is_not_verified_has_a_reason() -> None:
     sticky = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.3)
-    found = unfolding_map_tile(Plane.of(sticky, np.array([0.28]), np.linspace(0.8, 1.9, 40)))
-    rests = (found["kind"] == PERIODIC) & found["sticking"]
+    tile = unfolding_map_tile(Plane.of(sticky, np.array([0.28]), np.linspace(0.8, 1.9, 40)))
+    rests = (tile["kind"] == PERIODIC) & tile["sticking"]
     assert rests.any()
-    assert not found["verified"][rests].any()
-    assert set(found["reason"][rests].tolist()) == {codes.STICKS}
-    assert found["verified"][(found["kind"] == PERIODIC) & ~rests].mean() > 0.95
+    assert not tile["verified"][rests].any()
+    assert set(tile["reason"][rests].tolist()) == {codes.STICKS}
+    assert tile["verified"][(tile["kind"] == PERIODIC) & ~rests].mean() > 0.95
     undamped = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.0, [1.0, 0.0, 0.0], 0.6)
-    found = unfolding_map_tile(Plane.of(undamped, np.array([0.9]), np.linspace(0.3, 1.0, 12)))
-    named = found["kind"] == PERIODIC
-    assert not found["verified"].any()
-    assert set(found["reason"][named].tolist()) <= {codes.NOT_VERIFIED, codes.STICKS}
-    assert all(REASONS[code] for code in found["reason"][~found["verified"] & (found["kind"] != 3)].tolist())
+    tile = unfolding_map_tile(Plane.of(undamped, np.array([0.9]), np.linspace(0.3, 1.0, 12)))
+    named = tile["kind"] == PERIODIC
+    assert not tile["verified"].any()
+    assert set(tile["reason"][named].tolist()) <= {codes.NOT_VERIFIED, codes.STICKS}
+    assert all(REASONS[code] for code in tile["reason"][~tile["verified"] & (tile["kind"] != 3)].tolist())
 
 
 def test_a_motion_that_is_named_at_the_end_is_not_verified() -> None:
     grid = np.array([0.29]), np.linspace(1.5, 1.9, 12)
     codes, figures = PlaneRunner(Plane.of(DEFAULT, *grid), RunSettings(400, 32, early=False)).grid()
-    found = arrays_of(codes[..., 0], figures[..., 0])
-    named = found["kind"] == PERIODIC
+    tile = arrays_of(codes[..., 0], figures[..., 0])
+    named = tile["kind"] == PERIODIC
     assert named.any()
-    assert not found["verified"][named & (found["impacts_right"] > 0)].any()
+    assert not tile["verified"][named & (tile["impacts_right"] > 0)].any()
 
 
 def test_motions_without_impacts_are_verified_only_clear_of_the_stops() -> None:
     """The steady motion is the only one where its amplitude, and all that is left of the start, stay below them."""
-    found = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.29]), np.array([2.5, 3.0])))
-    assert found["verified"].all()
-    assert (found["impacts_right"] == -1).all()
-    assert (found["impacts_left"] == -1).all()
-    assert np.isnan(found["least_impact_velocity"]).all()
+    tile = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.29]), np.array([2.5, 3.0])))
+    assert tile["verified"].all()
+    assert (tile["impacts_right"] == -1).all()
+    assert (tile["impacts_left"] == -1).all()
+    assert np.isnan(tile["least_impact_velocity"]).all()
 
 
 def test_near_a_bifurcation_a_motion_is_not_called_stable() -> None:
     """Within round-off of a saddle-node or a breaking of the symmetry the orbit that it happens to is not verified."""
     places = [
-        one.clearance
-        for one in one_impact_branch(DEFAULT, 0.28, 1, symmetric=True).special_points
-        if one.type in ("SB", "SN", "PD")
+        special.clearance
+        for special in one_impact_branch(DEFAULT, 0.28, 1, symmetric=True).special_points
+        if special.type in ("SB", "SN", "PD")
     ]
     assert places
     for clearance in places:
         near = clearance * (1.0 + np.array([-1e-3, -1e-12, 1e-12, 1e-3]))
-        found = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.28]), np.sort(near)), 400)
-        one_one = (found["period"] == 1) & (found["impacts_right"] == 1) & (found["impacts_left"] == 1)
-        assert not (found["verified"] & found["symmetric"] & one_one)[1:3].any()
+        tile = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.28]), np.sort(near)), 400)
+        one_one = (tile["period"] == 1) & (tile["impacts_right"] == 1) & (tile["impacts_left"] == 1)
+        assert not (tile["verified"] & tile["symmetric"] & one_one)[1:3].any()

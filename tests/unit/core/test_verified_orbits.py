@@ -23,13 +23,13 @@ def branch() -> OrbitBranch:
     return orbit_branch(DEFAULT, known(), 1.4, 2.2)
 
 
-def said(orbit: PeriodicOrbit) -> tuple[bool, ...]:
+def properties(orbit: PeriodicOrbit) -> tuple[bool, ...]:
     return orbit.isolated, orbit.admissible, orbit.stable, orbit.verified
 
 
 def test_a_stable_orbit_is_verified() -> None:
     orbit = known()
-    assert said(orbit) == (True, True, True, True)
+    assert properties(orbit) == (True, True, True, True)
     assert orbit.motion.verified
 
 
@@ -44,7 +44,7 @@ def test_an_orbit_taken_twice_is_not_verified() -> None:
     )
     orbit = periodic_orbit(DEFAULT, OMEGA, CLEARANCE, twice)
     assert orbit.least_period == 1
-    assert said(orbit) == (True, True, True, False)
+    assert properties(orbit) == (True, True, True, False)
     assert not orbit.motion.verified
 
 
@@ -52,7 +52,7 @@ def test_a_branch_gives_its_orbits_the_properties_that_they_have_alone(branch: O
     for i in range(0, len(branch.values), 3):
         impacts = ImpactSequence(branch.period, branch.stops, branch.phases[i], branch.velocities[i], branch.symmetric)
         orbit = periodic_orbit(DEFAULT, OMEGA, float(branch.clearance[i]), impacts)
-        assert tuple(bool(getattr(branch, name)[i]) for name in FIELDS) == said(orbit), i
+        assert tuple(bool(getattr(branch, name)[i]) for name in FIELDS) == properties(orbit), i
     np.testing.assert_array_equal(branch.verified, branch.isolated & branch.admissible & branch.stable)
     # unstable orbits and virtual impacts are isolated too, and not verified
     assert branch.verified.any()

@@ -76,8 +76,8 @@ def test_points_must_agree_with_those_of_a_range(values):
 
 
 def test_numpy_scalars_are_numbers():
-    for one in (0.1, np.float64(0.1), np.array(0.1)):
-        assert Oscillator(damping=one).damping == 0.1
+    for number in (0.1, np.float64(0.1), np.array(0.1)):
+        assert Oscillator(damping=number).damping == 0.1
     restitution = {"restitution": np.float64(0.5)}
     path = {"oscillator": restitution, "omega": np.float64(0.3), "clearance": 1.5, "periods": np.int64(4)}
     request = validated("trajectories", path)
@@ -171,9 +171,9 @@ def test_clearances_of_both_stops_are_a_mapping_or_a_model(method, shape):
 def test_what_is_missing_of_a_window_is_named_with_all_that_is_allowed():
     for keywords, field in (({}, "omega"), ({"omega": (0.2, 0.3)}, "clearance"), ({"clearance": (1.0, 2.0)}, "omega")):
         assert "start, stop" in refused(asked, "bifurcation_curves", **keywords)[f"/{field}"][1]
-    found = result_of("periodic-orbits")
+    result = result_of("periodic-orbits")
     for name, other in (("horizontal", "vertical"), ("vertical", "horizontal")):
-        errors = refused(asked, "bifurcation_curves", **{name: ("omega", 0.2, 0.3)}, clearance=1.6, motions=[found])
+        errors = refused(asked, "bifurcation_curves", **{name: ("omega", 0.2, 0.3)}, clearance=1.6, motions=[result])
         assert list(errors) == [f"/{other}"]
     assert "not an interval" in refused(branch, (1, [1]), range=None)["/range"][0]
 
@@ -257,9 +257,9 @@ def basins(horizontal=("displacement", 2, [-1.0, 1.0]), initial=None, shape=None
 
 
 def test_coordinates_that_a_rectangle_replaces_are_not_part_of_the_request():
-    given = basins(initial={"displacement": [0.1, 9.0, 0.2], "velocity": [0.3, 9.0, 0.4]})
-    assert given == basins(initial={"displacement": [0.1, 0.0, 0.2], "velocity": [0.3, -7.0, 0.4]})
-    assert given.initial.displacement == [0.1, 0.0, 0.2]
+    request = basins(initial={"displacement": [0.1, 9.0, 0.2], "velocity": [0.3, 9.0, 0.4]})
+    assert request == basins(initial={"displacement": [0.1, 0.0, 0.2], "velocity": [0.3, -7.0, 0.4]})
+    assert request.initial.displacement == [0.1, 0.0, 0.2]
     assert basins() == basins(initial={"phase": 0})
 
 
@@ -290,27 +290,27 @@ def curves(motions, **keywords):
 
 
 def test_motions_of_a_window_are_given_in_several_ways():
-    found = result_of("periodic-orbits")
-    asked = curves([(1, [1, -1]), {"period": 1, "stops": np.array([1, -1]), "label": "1-1r-1l"}, found])
+    result = result_of("periodic-orbits")
+    asked = curves([(1, [1, -1]), {"period": 1, "stops": np.array([1, -1]), "label": "1-1r-1l"}, result])
     first, second, third = asked.motions
     assert first.model_dump() == second.model_dump()  # a label adds nothing
     assert (third.horizontal, third.vertical, third.stops) == (0.27, 1.85, [1, -1])
     assert third.velocities == [0.25, -0.25]
-    assert orbit(motion=found).motion.phases == third.phases
+    assert orbit(motion=result).motion.phases == third.phases
     # the numbers of closed forms are no part of a question for motions, and the other way round
     texts = [canonical(curves(None)), canonical(asked)]
     assert [sorted({"motions", "max_multiple", "points"} & set(text)) for text in texts] == [
         ["max_multiple", "points"],
         ["motions"],
     ]
-    wider = curves([(1, [1, -1]), (1, [1, -1]), found], max_multiple=9, points=50)
+    wider = curves([(1, [1, -1]), (1, [1, -1]), result], max_multiple=9, points=50)
     assert canonical(wider) == canonical(asked)
 
 
 def test_windows_of_one_stop_and_the_orbits_in_them():
-    found = replace(result_of("periodic-orbits"), clearance=math.nan, clearance_left=1.4)
+    result = replace(result_of("periodic-orbits"), clearance=math.nan, clearance_left=1.4)
     window = {"omega": (0.2, 0.3), "clearance": {"right": None, "left": (1.0, 2.0)}}
-    (motion,) = asked("bifurcation_curves", **window, motions=[replace(found, stops=(-1, -1))]).motions
+    (motion,) = asked("bifurcation_curves", **window, motions=[replace(result, stops=(-1, -1))]).motions
     assert motion.vertical == 1.4
     errors = refused(asked, "bifurcation_curves", **window, motions=[(1, [1])])
     assert list(errors) == ["/motions/0/stops"]
@@ -370,14 +370,14 @@ def test_a_model_made_with_wrong_fields_names_them_and_what_is_allowed(model, fi
 
 def test_a_model_and_a_request_say_the_same_of_a_field():
     wrong = {"mases": [1], "restitution": 2, "damping": [-1.0], "units": "si", "forcing": "x"}
-    found = refused(asked, "grazing_curve", wrong, omega=[1.0, 2.0])
+    refusals = refused(asked, "grazing_curve", wrong, omega=[1.0, 2.0])
     with pytest.raises(ValidationError) as caught:
         Oscillator(**wrong)
-    said = {"/".join(map(str, error["loc"])): error["msg"] for error in caught.value.errors()}
-    for pointer, (detail, allowed) in found.items():
+    messages = {"/".join(map(str, error["loc"])): error["msg"] for error in caught.value.errors()}
+    for pointer, (detail, allowed) in refusals.items():
         place = pointer.removeprefix("/oscillator").removeprefix("/") or "mases"
-        assert said[place] == f"{detail} (allowed: {allowed})"
-    assert len(said) == len(found) == 5
+        assert messages[place] == f"{detail} (allowed: {allowed})"
+    assert len(messages) == len(refusals) == 5
 
 
 def test_fields_are_given_by_name():
@@ -405,8 +405,8 @@ def test_a_process_that_is_misspelt_is_named_with_the_nearest_and_those_there_ar
 
 
 def test_an_interval_of_a_model_is_one_of_a_branch():
-    given = branch((1, [1]), "clearance", Interval(start=1.0, stop=2.0))
-    assert given.axis.ends == (1.0, 2.0)
+    request = branch((1, [1]), "clearance", Interval(start=1.0, stop=2.0))
+    assert request.axis.ends == (1.0, 2.0)
     zero = branch((1, [1]), "restitution", (0, 1))
     assert zero.axis.ends == (0.0, 1.0)
 
@@ -474,7 +474,7 @@ def test_the_exception_reads_as_plain_text():
 
 @pytest.mark.parametrize("process", PROCESSES)
 def test_a_method_requires_what_its_request_requires(process):
-    named = {one.process: name for name, one in METHODS.items()}
+    named = {method.process: name for name, method in METHODS.items()}
     parameters = inspect.signature(getattr(Client, named[process])).parameters
     required = {name for name, field in PROCESSES[process].model_fields.items() if field.is_required()}
     short = PROCESSES[process].short

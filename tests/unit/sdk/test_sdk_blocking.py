@@ -48,8 +48,8 @@ def test_no_thread_remains(url: str) -> None:
 
 def test_threads_share_a_client(url: str) -> None:
     with Client(url) as client, ThreadPoolExecutor(4) as threads:
-        found = list(threads.map(lambda _: client.grazing_curve(**CURVE).clearance[0], range(12)))
-    assert found == [1.5] * 12
+        clearances = list(threads.map(lambda _: client.grazing_curve(**CURVE).clearance[0], range(12)))
+    assert clearances == [1.5] * 12
 
 
 @pytest.fixture
@@ -94,10 +94,10 @@ def test_results_that_are_not_read_close_the_answer(service: FakeService) -> Non
 
     answer = httpx2.Response(200, stream=Lines(lines(), lambda: closed.append(True)))
     with Client("http://fake:1", transport=httpx2.MockTransport(lambda _: answer)) as client:
-        found = client.map("grazing-curves", [REQUESTS["grazing-curves"], REQUESTS["grazing-curves"]])
-        assert next(found).clearance[0] == 1.5
+        results = client.map("grazing-curves", [REQUESTS["grazing-curves"], REQUESTS["grazing-curves"]])
+        assert next(results).clearance[0] == 1.5
         assert not closed
-        found.close()
+        results.close()
         assert closed
 
 

@@ -207,9 +207,9 @@ def test_status_is_shown_again_until_it_is_interrupted(url, service, capsys, mon
 def test_status_without_a_service_gives_1(monkeypatch, capsys):
     monkeypatch.setattr(constants, "BACKOFF_START", 0.001)
     assert cli.main(["status", "--url", "http://127.0.0.1:9"]) == 1
-    said = capsys.readouterr().err
-    assert "no answer from the service at http://127.0.0.1:9: " in said
-    assert "grazemap up" in said
+    message = capsys.readouterr().err
+    assert "no answer from the service at http://127.0.0.1:9: " in message
+    assert "grazemap up" in message
 
 
 @pytest.mark.parametrize(
@@ -258,9 +258,9 @@ def test_plot_of_something_else_gives_1(tmp_path, capsys):
     path = tmp_path / "text.npz"
     path.write_text("hello")
     assert cli.main(["plot", str(path)]) == 1
-    said = capsys.readouterr().err
-    assert "not a grazemap result" in said
-    assert str(path) in said
+    message = capsys.readouterr().err
+    assert "not a grazemap result" in message
+    assert str(path) in message
 
 
 def test_a_file_that_cannot_be_read_or_written_is_named_with_its_option(tmp_path, capsys):

@@ -81,8 +81,8 @@ def test_flags_make_the_request_that_json_makes(run, service, tmp_path, process)
 def test_the_example_of_the_help_is_the_first_of_the_process(run, service, capsys, process):
     with pytest.raises(SystemExit):
         cli.main([process, "--help"])
-    said, _, example = capsys.readouterr().out.rpartition("example: grazemap ")
-    assert "in SI: --units SI" in said
+    help_text, _, example = capsys.readouterr().out.rpartition("example: grazemap ")
+    assert "in SI: --units SI" in help_text
     run(*shlex.split(example))
     (job,) = service.jobs.values()
     expected = parse_request(process, next(iter(PROCESSES[process].operation.examples.values())))

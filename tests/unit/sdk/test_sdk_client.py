@@ -36,16 +36,16 @@ def test_an_adaptive_map_or_a_preview_is_another_request(client, service, choice
 def test_a_list_of_states_gives_a_list_of_trajectories(client, service):
     states = [{}, InitialState(phase=1.0), State(np.zeros(3), np.array([0.0, 0.0, 0.5]), 0.0)]
     keywords = {"omega": 0.29, "clearance": 1.6, "periods": 2, "times": np.array([0.0, 10.0]), "progress": False}
-    found = client.trajectory(initial=states, **keywords)
-    assert [path.final is None for path in found.trajectories] == [False, False, True]
+    result = client.trajectory(initial=states, **keywords)
+    assert [path.final is None for path in result.trajectories] == [False, False, True]
     asked = json.loads(next(r for r in service.requests if r.method == "POST").content)
     assert [state["phase"] for state in asked["initial"]] == [0.0, 1.0, 0.0]
     assert asked["initial"][2]["velocity"] == [0.0, 0.0, 0.5]
     assert asked["times"] == [0.0, 10.0]
     assert "samples_per_period" not in asked
     # the end of one is the start of the next
-    one = client.trajectory(initial=found.trajectories[0].final, **keywords)
-    assert one.motion.label == "1-1r-1l"
+    continued = client.trajectory(initial=result.trajectories[0].final, **keywords)
+    assert continued.motion.label == "1-1r-1l"
     assert service.computed == 2
 
 

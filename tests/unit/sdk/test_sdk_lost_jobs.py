@@ -67,8 +67,8 @@ def test_it_is_submitted_again_once(client, service):
 def test_each_of_many_requests_is_submitted_again(client, service):
     service.forget("", 1)
     asked = [REQUESTS["grazing-curves"], REQUESTS["grazing-curves"] | {"max_order": 3}]
-    found = list(client.map("grazing-curves", asked))
-    assert [result.process for result in found] == ["grazing-curves"] * 2
+    results = list(client.map("grazing-curves", asked))
+    assert [result.process for result in results] == ["grazing-curves"] * 2
     assert service.posted == 3
 
 

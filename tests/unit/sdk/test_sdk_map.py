@@ -18,7 +18,7 @@ TRAJECTORY = TrajectoriesRequest(omega=0.29, clearance=1.6, periods=2, samples_p
 
 
 def asked_in(request):
-    return [one["request"]["axis"]["values"]["points"] for one in json.loads(request.content)["requests"]]
+    return [entry["request"]["axis"]["values"]["points"] for entry in json.loads(request.content)["requests"]]
 
 
 def test_results_have_the_order_of_the_requests(client, service):
@@ -85,7 +85,7 @@ def test_an_error_that_the_service_finds_has_the_place_among_all_requests(client
     refused = {"pointer": "/requests/1/request/omega/points", "detail": "too many", "allowed": "fewer"}
     body = {"type": "about:blank", "title": "t", "status": 422, "detail": "d", "errors": [refused]}
     service.upcoming = [
-        service._batch([{"process": "grazing-curves", "request": one} for one in CURVES[:2]]),
+        service._batch([{"process": "grazing-curves", "request": request} for request in CURVES[:2]]),
         httpx2.Response(422, json=body, headers={"content-type": "application/problem+json"}),
     ]
     with pytest.raises(errors.ParameterError, match="/requests/3/request/omega/points"):

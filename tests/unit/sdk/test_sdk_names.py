@@ -87,8 +87,10 @@ def test_help_of_a_method_describes_every_argument():
         documented = getattr(grazemap.Client, name).__doc__
         section = documented.partition("\nParameters\n")[2].partition("\nReturns\n")[0]
         entries = [line.partition(" : ")[0] for line in section.splitlines() if line and line[0] not in " -"]
-        arguments = [one for one in inspect.signature(getattr(grazemap.Client, name)).parameters if one != "self"]
-        assert [one for entry in entries for one in entry.split(", ")] == arguments, name
+        arguments = [
+            argument for argument in inspect.signature(getattr(grazemap.Client, name)).parameters if argument != "self"
+        ]
+        assert [argument for entry in entries for argument in entry.split(", ")] == arguments, name
     assert 'policy : {"rest", "sweep-up", "sweep-down", "ensemble"}' in grazemap.Client.unfolding_map.__doc__
 
 
@@ -116,6 +118,6 @@ def test_help_of_a_result_says_what_it_is_its_arrays_and_its_methods_without_arg
 def test_help_of_the_oscillator_has_its_fields_and_their_defaults():
     shown = inspect.signature(grazemap.Oscillator).parameters
     fields = grazemap.Oscillator.model_fields.items()
-    assert {name: one.default for name, one in shown.items()} == {
+    assert {name: parameter.default for name, parameter in shown.items()} == {
         name: field.get_default(call_default_factory=True) for name, field in fields
     }

@@ -38,7 +38,7 @@ def test_what_comes_from_outside_is_escaped():
 def test_a_job_and_a_client_have_a_table_without_another_request(client, service):
     job = client.submit("grazing-curves", REQUESTS["grazing-curves"])
     sent = len(service.requests)
-    job, client = (getattr(one, "_target", one) for one in (job, client))
+    job, client = (getattr(handle, "_target", handle) for handle in (job, client))
     html = job._repr_html_()
     assert "grazing-curves" in html
     assert "0 of 2 tiles" in html

@@ -126,10 +126,10 @@ def test_an_estimate_has_the_notes_without_a_job(client, service):
         client.estimate("unfolding-maps", {})
 
 
-@pytest.mark.parametrize(("values", "said"), [((0.26, 0.30), "two values"), ((0.26, 0.30, 128), "last one 128")])
-def test_a_range_without_a_number_of_points_is_noted_where_it_is_submitted_or_estimated(client, values, said):
+@pytest.mark.parametrize(("values", "message"), [((0.26, 0.30), "two values"), ((0.26, 0.30, 128), "last one 128")])
+def test_a_range_without_a_number_of_points_is_noted_where_it_is_submitted_or_estimated(client, values, message):
     for call in (client.submit, client.estimate):
-        with pytest.warns(RequestWarning, match=said):
+        with pytest.warns(RequestWarning, match=message):
             call("unfolding-maps", MAP | {"omega": values})
 
 
@@ -165,7 +165,7 @@ MACHINES = {
 
 def scaled(clearance, factor: float):
     if isinstance(clearance, dict):
-        return {stop: None if one is None else factor * one for stop, one in clearance.items()}
+        return {stop: None if gap is None else factor * gap for stop, gap in clearance.items()}
     return factor * clearance
 
 
@@ -228,8 +228,8 @@ def test_a_gap_in_millimetres_is_noted_for_every_machine_and_process(name):
     oscillator, omega, window, clearance = MACHINES[name]
     for factor, noted in ((1.0, False), (1000.0, True)):
         for process, body in questions(oscillator, omega, window, scaled(clearance, factor)):
-            found = "clearances-in-millimetres" in codes(process, body)
-            assert found is noted, (process, factor)
+            is_noted = "clearances-in-millimetres" in codes(process, body)
+            assert is_noted is noted, (process, factor)
         if noted:  # neither where no unit of length is known
             body = {"oscillator": {"units": "nondimensional", **oscillator}, "omega": omega, "periods": 3}
             assert codes("trajectories", {**body, "clearance": scaled(clearance, factor)}) == []
@@ -253,8 +253,8 @@ def test_a_gap_of_a_lightly_damped_machine_is_compared_with_its_resonance():
     light = {**SI, "masses": [0.5], "stiffnesses": [2000.0], "forcing": [5.0], "damping": 1.6e-5}
     for clearance, noted in ((3.0, True), (1.0, False)):
         for stops in (clearance, {"right": clearance, "left": None}):
-            found = codes("trajectories", {"oscillator": light, "omega": 70.0, "clearance": stops, "periods": 3})
-            assert ("clearances-in-millimetres" in found) is noted
+            note_codes = codes("trajectories", {"oscillator": light, "omega": 70.0, "clearance": stops, "periods": 3})
+            assert ("clearances-in-millimetres" in note_codes) is noted
 
 
 def test_no_stop_at_any_distance_is_noted_where_nothing_moves_or_no_motion_is_largest():
@@ -284,8 +284,8 @@ def test_no_stop_at_any_distance_is_noted_where_nothing_moves_or_no_motion_is_la
     ],
 )
 def test_numbers_in_si_without_units_are_noted(client, changes, noted):
-    given = {"masses": [0.5, 2.0], "stiffnesses": [2000.0, 8000.0], "damping": [1.5, 6.0], "forcing": [5.0, 0.0]}
-    oscillator = {name: value for name, value in (given | changes).items() if value is not None}
+    numbers = {"masses": [0.5, 2.0], "stiffnesses": [2000.0, 8000.0], "damping": [1.5, 6.0], "forcing": [5.0, 0.0]}
+    oscillator = {name: value for name, value in (numbers | changes).items() if value is not None}
     omega = span(40.0, 80.0)
     request = parse_request("grazing-curves", {"oscillator": oscillator, "omega": omega})
     assert ("units-left-out" in [note.code for note in unstated(request)]) is noted
@@ -305,20 +305,20 @@ def test_the_default_restitution_is_noted_in_si_only():
     ]
     assert noted == [["default-restitution"], [], []]
     # the job is the same one
-    first, second = (parse_request("grazing-curves", {"oscillator": one, "omega": omega}) for one in (SI, stated))
+    first, second = (parse_request("grazing-curves", {"oscillator": system, "omega": omega}) for system in (SI, stated))
     assert canonical(first) == canonical(second)
 
 
 @pytest.mark.parametrize("oscillator", [SI, Oscillator(**SI)])
 def test_a_client_warns_of_the_default_restitution_however_the_oscillator_is_given(client, oscillator):
     request = {"oscillator": oscillator, "omega": span(15.0, 25.0)}
-    said = "restitution is not given, and its default 0.8 is used"
-    with pytest.warns(RequestWarning, match=said):
+    message = "restitution is not given, and its default 0.8 is used"
+    with pytest.warns(RequestWarning, match=message):
         client.submit("grazing-curves", request)
-    with pytest.warns(RequestWarning, match=said):
+    with pytest.warns(RequestWarning, match=message):
         forecast = client.estimate("grazing-curves", request)
     assert [note.code for note in forecast.notes] == ["default-restitution"]
-    with pytest.warns(RequestWarning, match=said):
+    with pytest.warns(RequestWarning, match=message):
         client.grazing_curve(oscillator, omega=(15.0, 25.0), points=8, progress=False)
 
 
@@ -374,9 +374,9 @@ def test_a_frequency_that_rounding_hides_is_not_divided_by():
 
 
 def test_natural_frequencies_and_damping_ratios_are_those_of_closed_forms():
-    one = Oscillator(**SI)
-    assert one.natural_frequencies == pytest.approx([20.0], rel=1e-14)
-    assert one.damping_ratios == pytest.approx([0.001 * 20.0], rel=1e-14)
+    single = Oscillator(**SI)
+    assert single.natural_frequencies == pytest.approx([20.0], rel=1e-14)
+    assert single.damping_ratios == pytest.approx([0.001 * 20.0], rel=1e-14)
     linked = Oscillator(**{**SI, "damping": [3.0]})
     assert linked.damping_ratios == pytest.approx([3.0 / (2.0 * math.sqrt(2.0 * 800.0))], rel=1e-14)
     # two equal masses on equal springs: the golden ratio
@@ -421,8 +421,8 @@ def test_an_undamped_resonance_is_no_error_and_costs_no_job():
 
 def test_ratios_beside_a_much_stronger_damper_are_exact_or_nan():
     for damping in (1e4, 1e7, 1e8):
-        one = Oscillator(**{**SI, "masses": [1.0], "stiffnesses": [1.0], "damping": [damping]})
-        assert one.damping_ratios == pytest.approx([damping / 2.0], rel=1e-12)
+        single = Oscillator(**{**SI, "masses": [1.0], "stiffnesses": [1.0], "damping": [damping]})
+        assert single.damping_ratios == pytest.approx([damping / 2.0], rel=1e-12)
     three = {**SI, "masses": [1.0] * 3, "stiffnesses": [1.0] * 3, "forcing": [1.0, 0.0, 0.0]}
     ratios = Oscillator(**{**three, "damping": [1e9, 0.0, 0.0]}).damping_ratios
     assert not np.any(ratios < 0.0)

@@ -36,12 +36,12 @@ def by_zipfile(arrays):
     return buffer.getvalue()
 
 
-def assert_equal(found, expected):
-    assert found.keys() == expected.keys()
+def assert_equal(arrays, expected):
+    assert arrays.keys() == expected.keys()
     for name, array in expected.items():
-        assert found[name].dtype == array.dtype
-        np.testing.assert_array_equal(found[name], array, strict=True)
-        assert found[name].flags.writeable
+        assert arrays[name].dtype == array.dtype
+        np.testing.assert_array_equal(arrays[name], array, strict=True)
+        assert arrays[name].flags.writeable
 
 
 def test_the_bytes_are_those_of_zipfile_and_numpy():

@@ -21,7 +21,7 @@ def text(**fields: Any) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize(
-    ("one", "other"),
+    ("fields", "other"),
     [
         ({}, {"contact": 1}),
         ({}, {"contact": {"row": [1, 0, 0]}}),
@@ -41,8 +41,8 @@ def text(**fields: Any) -> dict[str, Any]:
         ({"matrices": MATRICES, "forcing": [0, 1]}, {"matrices": MATRICES, "forcing": {"amplitude": [0, 1]}}),
     ],
 )
-def test_what_means_the_same_has_the_same_text(one: dict[str, Any], other: dict[str, Any]) -> None:
-    assert text(**one) == text(**other)
+def test_what_means_the_same_has_the_same_text(fields: dict[str, Any], other: dict[str, Any]) -> None:
+    assert text(**fields) == text(**other)
 
 
 def test_the_text_of_a_chain_with_equal_stops_has_no_other_fields() -> None:

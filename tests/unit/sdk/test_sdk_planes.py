@@ -151,8 +151,8 @@ def test_an_error_of_a_motion_is_at_the_field_that_was_sent():
     ):
         assert pointers(WINDOW, {**window, "motions": [motion]}) == [f"/motions/0/{field}"]
     for place in ({"horizontal": 0.28, "vertical": 1.9}, {"omega": 0.28, "clearance": 1.9}):
-        found = parse_request(WINDOW, {**axes, "motions": [{**MOTION, **place}]})
-        assert (found.motions[0].horizontal, found.motions[0].vertical) == (0.28, 1.9)
+        request = parse_request(WINDOW, {**axes, "motions": [{**MOTION, **place}]})
+        assert (request.motions[0].horizontal, request.motions[0].vertical) == (0.28, 1.9)
 
 
 @pytest.mark.parametrize(
@@ -182,13 +182,13 @@ def test_equal_planes_have_one_id(process):
     across = {"horizontal": {"vary": "omega", "values": omega}}
     ranges = identity(process, omega=omega, clearance=up)
     assert identity(process, **across, vertical={"vary": "clearance", "values": up}) == ranges
-    one = identity(process, omega=omega, clearance={"right": up, "left": 1.2})
+    fixed_left = identity(process, omega=omega, clearance={"right": up, "left": 1.2})
     right = {"vary": "clearance_right", "values": up}
-    assert identity(process, **across, vertical=right, clearance={"left": 1.2}) == one
+    assert identity(process, **across, vertical=right, clearance={"left": 1.2}) == fixed_left
     both = identity(process, **base(process))
     assert identity(process, **{**base(process), "clearance": {"right": 1.6, "left": 1.6}}) == both
     swapped = {"horizontal": base(process)["vertical"], "vertical": base(process)["horizontal"]}
-    assert len({ranges, one, both, identity(process, **swapped, clearance=1.6)}) == 4
+    assert len({ranges, fixed_left, both, identity(process, **swapped, clearance=1.6)}) == 4
 
 
 def test_the_id_of_a_window_has_what_its_curves_depend_on():
@@ -217,62 +217,62 @@ def test_a_parameter_is_changed_in_every_form_of_an_oscillator():
     assert (moved.base.amplitude, moved.forcing) == (1.0, [0.0, 0.0, 0.0])
     left = with_parameter(Oscillator(), "restitution_left", 0.5).restitution
     assert (left.right, left.left) == (0.8, 0.5)
-    one = {"mass": [[1.0]], "stiffness": [[1.0]]}
+    undamped = {"mass": [[1.0]], "stiffness": [[1.0]]}
     for damping, scaled in [
         ([[0.1]], [[0.2]]),
         ({"modal": 0.1}, {"modal": 0.2}),
         ({"modal": [0.1]}, {"modal": [0.2]}),
         ({"rayleigh": [0.1, 0.2]}, {"rayleigh": [0.2, 0.4]}),
     ]:
-        dense = Oscillator(matrices={**one, "damping": damping}, forcing=[1.0])
+        dense = Oscillator(matrices={**undamped, "damping": damping}, forcing=[1.0])
         assert with_parameter(dense, "damping", 2.0).model_dump()["matrices"]["damping"] == scaled
 
 
 def test_a_result_has_the_values_by_role_and_by_name():
-    found = result_of(AXES)
-    np.testing.assert_array_equal(found.horizontal, [0.5, 0.7, 0.9])
-    np.testing.assert_array_equal(found.omega, [0.2, 0.3])
-    assert found.clearance is None
-    assert found.parameters == ("restitution", "omega")
-    point = found.at(0.52, 0.3)
+    result = result_of(AXES)
+    np.testing.assert_array_equal(result.horizontal, [0.5, 0.7, 0.9])
+    np.testing.assert_array_equal(result.omega, [0.2, 0.3])
+    assert result.clearance is None
+    assert result.parameters == ("restitution", "omega")
+    point = result.at(0.52, 0.3)
     assert (point.horizontal, point.vertical, point.omega) == (0.5, 0.3, 0.3)
     assert point.clearance == {"right": 1.6, "left": None}
     assert point.request is not None
     assert point.request["oscillator"]["restitution"] == 0.5
-    request = found.zoom((0.6, 0.7), (0.25, 0.3))
+    request = result.zoom((0.6, 0.7), (0.25, 0.3))
     assert (request["horizontal"], request["vertical"]) == (("restitution", 0.6, 0.7), ("omega", 0.25, 0.3))
     with pytest.raises(ValueError, match="restitution = 2 is outside the map"):
-        found.at(2.0, 0.3)
-    data = found.to_xarray()
+        result.at(2.0, 0.3)
+    data = result.to_xarray()
     assert data["kind"].dims == ("omega", "restitution")
     np.testing.assert_array_equal(data["restitution"], [0.5, 0.7, 0.9])
 
 
 def test_the_grazing_curves_are_drawn_where_the_margins_are_zero():
-    found = result_of(AXES)
-    ax = found.plot()
+    result = result_of(AXES)
+    ax = result.plot()
     assert ax.get_xlabel() == "restitution $R$"
     assert "grazing, right stop" in [text.get_text() for text in ax.get_legend().get_texts()]
-    (curve,) = [one for one in ax.collections if isinstance(one, QuadContourSet)]
+    (curve,) = [artist for artist in ax.collections if isinstance(artist, QuadContourSet)]
     (segment,) = curve.allsegs[0]
     np.testing.assert_allclose(segment[:, 1], 0.2 + 0.1 * 2.0 / 3.0)
-    assert "restitution: 0.5 to 0.9" in found._repr_html_()
+    assert "restitution: 0.5 to 0.9" in result._repr_html_()
 
 
 def test_axes_are_given_by_name_and_values():
-    given = {"clearance": 1.6, "vertical": ("restitution", [0.5, 0.9]), "shape": (2, 8)}
-    request, _ = METHODS["unfolding_map"].request_for(**given, horizontal=("omega", 0.26, 0.3))
+    keywords = {"clearance": 1.6, "vertical": ("restitution", [0.5, 0.9]), "shape": (2, 8)}
+    request, _ = METHODS["unfolding_map"].request_for(**keywords, horizontal=("omega", 0.26, 0.3))
     assert request.horizontal.model_dump() == {"vary": "omega", "values": {"start": 0.26, "stop": 0.3, "points": 8}}
     assert request.vertical.model_dump() == {"vary": "restitution", "values": [0.5, 0.9]}
     axis = Axis(vary="omega", values=[0.2, 0.3])
-    assert METHODS["unfolding_map"].request_for(**given, horizontal=axis)[0].horizontal == axis
+    assert METHODS["unfolding_map"].request_for(**keywords, horizontal=axis)[0].horizontal == axis
     with pytest.raises(ParameterError):
-        METHODS["unfolding_map"].request_for(**given, horizontal="omega")
+        METHODS["unfolding_map"].request_for(**keywords, horizontal="omega")
 
 
 def test_axes_of_a_window_are_given_by_name_start_and_stop():
-    def asked(**given):
-        return METHODS["bifurcation_curves"].request_for(**given)[0]
+    def asked(**keywords):
+        return METHODS["bifurcation_curves"].request_for(**keywords)[0]
 
     plane = {
         "clearance": 1.6,
@@ -312,23 +312,23 @@ def test_curves_of_other_parameters_are_drawn_over_a_map_of_the_same_ones():
     [(CURVES_OF_AXES, "with one impact"), ("bifurcation-curves", "with one impact, or one on either stop")],
 )
 def test_curves_of_one_impact_have_both_stops_in_the_title_where_these_are_alike(name, motions):
-    found = result_of(name)
-    assert replace(found, motions=()).plot().get_title() == f"Bifurcation curves of motions {motions}"
-    assert found.plane is found.plane
+    result = result_of(name)
+    assert replace(result, motions=()).plot().get_title() == f"Bifurcation curves of motions {motions}"
+    assert result.plane is result.plane
 
 
 def lines_from(ax, start, stop):
     """The lines of a picture between two points."""
     ends = (line.get_xydata()[[0, -1]] for line in ax.lines if len(line.get_xydata()))
-    return [one for one in ends if np.allclose(one, [start, stop])]
+    return [pair for pair in ends if np.allclose(pair, [start, stop])]
 
 
 def test_an_orbit_of_a_curve_of_any_plane_has_the_oscillator_there():
-    found = result_of(CURVES_OF_AXES)
-    (curve,) = found.curves
+    result = result_of(CURVES_OF_AXES)
+    (curve,) = result.curves
     assert curve.omega is None
     np.testing.assert_array_equal(curve.line, [[0.6, 0.25], [0.7, 0.3]])
-    orbit = found.orbit(curve, 1)
+    orbit = result.orbit(curve, 1)
     assert (orbit["oscillator"]["restitution"], orbit["omega"]) == (0.7, 0.3)
     assert orbit["clearance"] == {"right": 1.6, "left": None}
     assert parse_request("periodic-orbits", orbit)
@@ -337,17 +337,17 @@ def test_an_orbit_of_a_curve_of_any_plane_has_the_oscillator_there():
 
 
 def test_a_diagram_of_any_plane_has_its_own_grazing_curves():
-    found = result_of(DIAGRAM_OF_AXES)
-    assert found.grazing_curve is None
-    assert found.codimension_two_points is None
-    assert found.bifurcation_curves is not None
-    assert found.bifurcation_curves.parameters == found.unfolding_map.parameters
-    assert found.grazing_curves is not None
-    (line,) = found.grazing_curves
-    ax = found.plot()
+    result = result_of(DIAGRAM_OF_AXES)
+    assert result.grazing_curve is None
+    assert result.codimension_two_points is None
+    assert result.bifurcation_curves is not None
+    assert result.bifurcation_curves.parameters == result.unfolding_map.parameters
+    assert result.grazing_curves is not None
+    (line,) = result.grazing_curves
+    ax = result.plot()
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
     assert "graze of the right stop" in texts
     assert "grazing, right stop" not in texts  # from the points of the map
     assert lines_from(ax, [0.5, 0.24], [0.9, 0.24])
     assert (line.stop, ax.get_ylabel()) == (1, r"forcing frequency $\omega$")
-    assert "curve" in found.summary()
+    assert "curve" in result.summary()

@@ -104,9 +104,9 @@ def test_the_map_has_regions_curve_points_and_shares():
 
 def test_a_result_of_another_kind_over_a_map_is_refused_by_name():
     umap, branch = (result_of(process) for process in ("unfolding-maps", "orbit-branches"))
-    for given in ({"curves": branch}, {"curves": [branch]}, {"curve": branch}, {"points": branch}):
+    for keywords in ({"curves": branch}, {"curves": [branch]}, {"curve": branch}, {"points": branch}):
         with pytest.raises(TypeError, match=r"^\w+ is a OrbitBranch, and plot draws \w+ there$"):
-            umap.plot(**given)
+            umap.plot(**keywords)
 
 
 def test_an_adaptive_map_shows_what_was_computed():
@@ -137,10 +137,10 @@ def test_many_sensitive_points_have_a_stroke_a_block_and_single_ones_their_own()
     sensitive[31, 2] = True
     sensitive[[24, 27], [56, 59]] = True
     rows, columns = one_in_each_block(sensitive, 4, 8)
-    found = list(zip(rows.tolist(), columns.tolist(), strict=True))
-    assert {(31, 2), (27, 59)} < set(found)
+    points = list(zip(rows.tolist(), columns.tolist(), strict=True))
+    assert {(31, 2), (27, 59)} < set(points)
     assert sensitive[rows, columns].all()
-    assert len({(row // 4, column // 8) for row, column in found}) == len(found) == 3 * 2 + 2
+    assert len({(row // 4, column // 8) for row, column in points}) == len(points) == 3 * 2 + 2
 
 
 def test_a_large_map_is_drawn_as_an_image_with_its_regions_named(monkeypatch):
@@ -150,10 +150,10 @@ def test_a_large_map_is_drawn_as_an_image_with_its_regions_named(monkeypatch):
     assert not ax.collections
     drawn = ax.images[0].get_array()
     assert (drawn == (np.arange(60) >= 30)).all()
-    one, three = sorted(ax.texts, key=lambda text: text.get_position()[0])
-    assert (one.get_text(), three.get_text()) == ("1-$1_r$-$1_l$", "3-$3_r$-$3_l$")
-    assert 0.2 < one.get_position()[0] < 0.25 < three.get_position()[0] < 0.3
-    assert 1.0 < one.get_position()[1] < 2.0
+    left, right = sorted(ax.texts, key=lambda text: text.get_position()[0])
+    assert (left.get_text(), right.get_text()) == ("1-$1_r$-$1_l$", "3-$3_r$-$3_l$")
+    assert 0.2 < left.get_position()[0] < 0.25 < right.get_position()[0] < 0.3
+    assert 1.0 < left.get_position()[1] < 2.0
 
 
 def test_points_are_drawn_differently_by_kind_and_on_the_curve():
@@ -220,8 +220,8 @@ def test_a_saved_picture_leaves_no_figure_open_and_a_plot_is_pyplot_s(tmp_path):
     assert pyplot.get_fignums() == []
     ax = curve.plot()
     assert pyplot.gcf() is ax.figure
-    given = pyplot.figure().add_subplot()
-    assert curve.plot(given) is given
+    axes = pyplot.figure().add_subplot()
+    assert curve.plot(axes) is axes
     assert len(pyplot.get_fignums()) == 2
 
 
@@ -229,7 +229,7 @@ def every_colour() -> list[str]:
     """Return all colours of the palette, a kind that has that of the ink once."""
     whole = json.loads(files("grazemap").joinpath("palette.json").read_text())
     nested = [values.values() if isinstance(values, dict) else values for values in whole.values()]
-    flat = itertools.chain.from_iterable([one] if isinstance(one, str) else one for one in nested)
+    flat = itertools.chain.from_iterable([value] if isinstance(value, str) else value for value in nested)
     return list(dict.fromkeys(flat))
 
 
@@ -238,7 +238,7 @@ def test_any_two_colours_of_the_palette_differ(simulation, least):
     seen = [Color(colour) for colour in every_colour()]
     if simulation:
         seen = [colour.filter("deutan", 1.0, method=simulation) for colour in seen]
-    distances = [one.delta_e(other, method="2000") for one, other in itertools.combinations(seen, 2)]
+    distances = [colour.delta_e(other, method="2000") for colour, other in itertools.combinations(seen, 2)]
     assert len(seen) == 48
     assert min(distances) >= least
 
@@ -313,8 +313,8 @@ def test_the_error_of_a_mapping_is_drawn_with_its_fitted_exponents():
 def curve_of_type(ax, type: str):
     """Return the line of the only unfolded curve of a type."""
     colour = palette.BIFURCATIONS[type][1]
-    (found,) = [line for line in ax.lines if line.get_color() == colour and len(line.get_xdata()) > 2]
-    return found
+    (unfolded,) = [line for line in ax.lines if line.get_color() == colour and len(line.get_xdata()) > 2]
+    return unfolded
 
 
 def test_crowded_unfoldings_are_thinned_and_say_so():
@@ -624,8 +624,8 @@ def test_a_trajectory_is_drawn_on_two_given_axes_or_its_time_history_on_one():
 
 def test_names_of_regions_are_written_in_a_colour_that_their_ground_shows():
     umap = map_of([(1, 1, 1), (1, 5, 5)])
-    one, five = sorted(umap.plot().texts, key=lambda text: text.get_position()[0])
-    assert (one.get_color(), five.get_color()) == (palette.INK, palette.PAPER)
+    left, right = sorted(umap.plot().texts, key=lambda text: text.get_position()[0])
+    assert (left.get_color(), right.get_color()) == (palette.INK, palette.PAPER)
 
 
 def test_where_nothing_was_found_nothing_but_the_reason_is_drawn():
@@ -821,7 +821,7 @@ def test_every_method_that_draws_has_a_picture_and_the_keywords_of_all_pictures(
     for name in methods:
         keywords = list(inspect.signature(getattr(kind, name)).parameters.values())[-3:]
         expected = [("legend", None), ("labels", True), ("engineering_units", False)]
-        assert [(one.name, one.default) for one in keywords] == expected
+        assert [(keyword.name, keyword.default) for keyword in keywords] == expected
         with pytest.raises(TypeError, match=rf"{kind.__name__}\.{name}\(\).*'nonsense'"):
             getattr(result, name)(nonsense=1)
 
@@ -861,9 +861,9 @@ def test_without_labels_and_a_legend_there_is_no_text_inside_the_axes(process):
             drawn = getattr(result, name)(labels=False, legend="none")
             for ax in drawn[0].figure.axes if isinstance(drawn, tuple) else drawn.figure.axes:
                 assert ax.get_legend() is None
-                for one in (ax, *ax.child_axes):
-                    texts = [*(text.get_text() for text in one.texts)]
-                    assert not any([*texts, one.get_title(), one.get_xlabel(), one.get_ylabel()]), texts
+                for panel in (ax, *ax.child_axes):
+                    texts = [*(text.get_text() for text in panel.texts)]
+                    assert not any([*texts, panel.get_title(), panel.get_xlabel(), panel.get_ylabel()]), texts
 
 
 def test_on_axes_of_middle_size_a_legend_keeps_the_largest_shares():
@@ -886,7 +886,7 @@ def looks(ax) -> list[tuple[str, ...]]:
     handles, _ = ax.get_legend_handles_labels()
     dashes = [str(handle._unscaled_dash_pattern) for handle in handles]
     seen = [tuple(str(getattr(handle, f"get_{name}")()) for name in names) for handle in handles]
-    return [(*one, dash) for one, dash in zip(seen, dashes, strict=True)]
+    return [(*look, dash) for look, dash in zip(seen, dashes, strict=True)]
 
 
 def many_motions(kind: str) -> list:
@@ -949,7 +949,7 @@ def colour_of(ax) -> dict[str, str]:
 
 def test_two_maps_agree_on_colours_that_one_has_of_the_other():
     alone = {(7, n, n): palette.motion_colours([motion(7, n, n)])[0] for n in range(2, 30)}
-    other, clash = next(pair for pair in itertools.combinations(alone, 2) if len({alone[one] for one in pair}) == 1)
+    other, clash = next(pair for pair in itertools.combinations(alone, 2) if len({alone[key] for key in pair}) == 1)
     first, second = map_of([clash]), map_of([other, other, clash, (9, 5, 7)])
     text = palette.motion_text(motion(*clash))
     assert colour_of(first.plot())[text] != colour_of(second.plot())[text]
@@ -972,27 +972,27 @@ def test_the_table_of_motions_and_json_have_the_colours_of_the_picture(tmp_path)
     named = [(1, 3, 3), (1, 4, 4), (1, 5, 5), (1, 6, 6), (1, 2, 1), (1, 1, 2), (1, 2, 3)]
     umap = map_of([(1, 1, 1)] * 3 + [(1, n, n + 1) for n in range(4, 22)] * 2 + named)
     drawn = colour_of(umap.plot())
-    for one in umap.motions():
-        assert one.colour == drawn.get(palette.motion_text(one))
-    assert sum(one.colour is None for one in umap.motions()) == 6
+    for entry in umap.motions():
+        assert entry.colour == drawn.get(palette.motion_text(entry))
+    assert sum(entry.colour is None for entry in umap.motions()) == 6
     in_json = json.loads(umap.save(tmp_path / "map.json").read_text("utf-8"))["motions"]
-    assert [one["colour"] for one in in_json] == [one.colour or palette.OTHER for one in umap.motions()]
+    assert [entry["colour"] for entry in in_json] == [entry.colour or palette.OTHER for entry in umap.motions()]
     assert umap.to_dataframe("motions")["colour"][0] == palette.NAMED["1-1r-1l"]
 
 
 @pytest.mark.parametrize("process", ["bifurcation-diagrams", "basins", "basin-fractions", MANY, "unfolding-diagrams"])
 def test_colours_can_be_given(process):
-    given = {"unresolved": "red", "chaotic": "red", "1-1r-1l": "gold", "7-7r-7l": "#123456"}
-    drawn = result_of(process).plot(colours=given)
+    colours = {"unresolved": "red", "chaotic": "red", "1-1r-1l": "gold", "7-7r-7l": "#123456"}
+    drawn = result_of(process).plot(colours=colours)
     ax = drawn[0] if isinstance(drawn, tuple) else drawn
     assert "#FF0000" in {line.get_color() for line in ax.lines}
 
 
 def test_mirror_images_are_one_motion_on_request():
     umap = map_of([(1, 1, 1), (1, 1, 2), (1, 2, 1), (1, 2, 1), (1, INFINITE, 3), (1, 2, 1)])
-    assert [one.label for one in umap.motions()] == ["1-2r-1l", "1-1r-1l", "1-1r-2l", "1-∞r-3l"]
+    assert [entry.label for entry in umap.motions()] == ["1-2r-1l", "1-1r-1l", "1-1r-2l", "1-∞r-3l"]
     merged = umap.motions(merge_mirror_images=True)
-    assert [(one.label, one.pixels, one.mirror_images) for one in merged] == [
+    assert [(entry.label, entry.pixels, entry.mirror_images) for entry in merged] == [
         ("1-2r-1l", 1600, True),
         ("1-1r-1l", 400, False),
         ("1-∞r-3l", 400, True),

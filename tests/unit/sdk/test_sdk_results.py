@@ -49,23 +49,23 @@ def test_saving_gives_the_bytes_that_the_service_sent(process, newer, tmp_path):
     assert decode_result(data).save(tmp_path / "result.npz").read_bytes() == data
 
 
-def same(one, other):
+def same(value, other):
     """Check that two values are equal through all their fields, arrays to their kind; a document's may differ."""
-    assert type(other) is type(one)
-    if isinstance(one, np.ndarray):
-        assert other.dtype.kind == one.dtype.kind
-        np.testing.assert_array_equal(one, other)
-    elif isinstance(one, tuple):
-        for a, b in zip(one, other, strict=True):
+    assert type(other) is type(value)
+    if isinstance(value, np.ndarray):
+        assert other.dtype.kind == value.dtype.kind
+        np.testing.assert_array_equal(value, other)
+    elif isinstance(value, tuple):
+        for a, b in zip(value, other, strict=True):
             same(a, b)
-    elif dataclasses.is_dataclass(one):
-        for field in dataclasses.fields(one):
+    elif dataclasses.is_dataclass(value):
+        for field in dataclasses.fields(value):
             if field.name != "_document":
-                same(getattr(one, field.name), getattr(other, field.name))
-    elif isinstance(one, float):
-        np.testing.assert_equal(one, other)  # NaN is NaN
+                same(getattr(value, field.name), getattr(other, field.name))
+    elif isinstance(value, float):
+        np.testing.assert_equal(value, other)  # NaN is NaN
     else:
-        assert one == other
+        assert value == other
 
 
 @EVERY_PROCESS
@@ -302,13 +302,13 @@ def test_records_with_arrays_are_ragged_in_npz_and_readable_without_this_package
         ("impacts.kind", lambda r: r["impacts"]["kind"]),
     ):
         offsets, values = arrays[f"trajectories.{name}.offsets"], arrays[f"trajectories.{name}.values"]
-        for i, one in enumerate(records):
+        for i, record in enumerate(records):
             piece = values[offsets[i] : offsets[i + 1]]
             if f"trajectories.{name}.values" in texts:
                 piece = np.array(texts[f"trajectories.{name}.values"])[piece]
             if f"trajectories.{name}.shape" in arrays:
                 piece = piece.reshape(arrays[f"trajectories.{name}.shape"][i])
-            np.testing.assert_array_equal(piece, pick(one))
+            np.testing.assert_array_equal(piece, pick(record))
     assert arrays["trajectories.undecided"].tolist() == [0, 2, 2]
 
 
@@ -324,28 +324,28 @@ def test_records_with_arrays_are_ragged_in_npz_and_readable_without_this_package
     ],
 )
 def test_records_of_any_shape_are_read_back_unchanged(records):
-    def equal(one, other):
-        if isinstance(one, np.ndarray):
+    def equal(item, other):
+        if isinstance(item, np.ndarray):
             assert isinstance(other, np.ndarray)
-            assert (one.dtype, one.shape) == (other.dtype, other.shape)
-            np.testing.assert_array_equal(one, other)
-        elif isinstance(one, dict):
+            assert (item.dtype, item.shape) == (other.dtype, other.shape)
+            np.testing.assert_array_equal(item, other)
+        elif isinstance(item, dict):
             # a field that is missing in some records is None there
-            assert set(one) <= set(other)
+            assert set(item) <= set(other)
             for key, value in other.items():
-                equal(one.get(key), value)
-        elif isinstance(one, list):
-            for a, b in zip(one, other, strict=True):
+                equal(item.get(key), value)
+        elif isinstance(item, list):
+            for a, b in zip(item, other, strict=True):
                 equal(a, b)
         else:
-            assert type(one) is type(other)
-            assert one == other
+            assert type(item) is type(other)
+            assert item == other
 
     data = encode_npz({"items": records}, {"x": 1})
-    found, meta = decode_npz(data)
-    equal(records, found["items"])
+    content, meta = decode_npz(data)
+    equal(records, content["items"])
     assert meta == {"x": 1}
-    assert encode_npz(found, meta) == data
+    assert encode_npz(content, meta) == data
 
 
 def test_records_that_npz_cannot_distinguish_are_not_written():
@@ -402,12 +402,12 @@ def test_the_motions_of_a_million_points_without_regions_are_counted_in_a_second
     began = time.thread_time()
     motions, places = motions_of(document)
     assert time.thread_time() - began < 1.5
-    assert [one["pixels"] for one in motions] == np.bincount(places.ravel()).tolist()
+    assert [motion["pixels"] for motion in motions] == np.bincount(places.ravel()).tolist()
     for point in [(0, 0), (17, 3), (999, 999), (500, 1)]:
-        one, here = motions[places[point]], {name: int(document[name][point]) for name in counts}
+        motion, here = motions[places[point]], {name: int(document[name][point]) for name in counts}
         periodic = document["kind"][point] == 1
-        assert one["label"] == (motion_label(*here.values()) if periodic else "chaotic")
-        assert {name: one[name] for name in counts} == (here if periodic else dict.fromkeys(counts))
+        assert motion["label"] == (motion_label(*here.values()) if periodic else "chaotic")
+        assert {name: motion[name] for name in counts} == (here if periodic else dict.fromkeys(counts))
 
 
 @pytest.mark.parametrize("preview", [False, True])
@@ -450,10 +450,10 @@ def test_an_adaptive_map_has_the_arrays_of_a_full_one_and_no_invented_numbers(en
 def test_a_trajectory_without_impacts_is_the_same_from_json(tmp_path):
     result = result_of("trajectories", {"impacts": example(Impacts.schema, {"impact": 0})})
     loaded = grazemap.load(result.save(tmp_path / "none.json"))
-    for one in (result, loaded):
-        assert len(one.impacts) == 0
-        assert one.impacts.kind.dtype.kind == "U"
-        assert one.impacts.stop.dtype == np.int64
+    for trajectory in (result, loaded):
+        assert len(trajectory.impacts) == 0
+        assert trajectory.impacts.kind.dtype.kind == "U"
+        assert trajectory.impacts.stop.dtype == np.int64
 
 
 def test_only_known_file_endings_are_written(tmp_path):
@@ -480,9 +480,9 @@ def meanings(values) -> list[str]:
 
 def test_a_dataset_keeps_none_apart_from_zero():
     made = result_of("codimension-two-points").to_xarray()
-    found = result_of("codimension-two-points").points
+    points = result_of("codimension-two-points").points
     for name in ("order", "multiple", "active"):
-        expected = [np.nan if getattr(point, name) is None else float(getattr(point, name)) for point in found]
+        expected = [np.nan if getattr(point, name) is None else float(getattr(point, name)) for point in points]
         np.testing.assert_array_equal(made[name], expected, err_msg=name)
     assert np.isnan(made["order"]).any()
 

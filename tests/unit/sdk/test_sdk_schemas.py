@@ -22,8 +22,8 @@ from tests.support.sdk_documents import REQUESTS, document
 
 
 def records(record: RecordSchema) -> list[RecordSchema]:
-    inside = [one.type for one in record if isinstance(one.type, RecordSchema)]
-    return [record, *(deeper for one in inside for deeper in records(one))]
+    inside = [entry.type for entry in record if isinstance(entry.type, RecordSchema)]
+    return [record, *(deeper for nested in inside for deeper in records(nested))]
 
 
 def test_every_process_has_a_class_of_its_result() -> None:
@@ -35,8 +35,8 @@ def test_every_process_has_a_class_of_its_result() -> None:
 def test_objects_have_the_attributes_of_their_schemas(schema: RecordSchema) -> None:
     for record in records(schema):
         assert dataclasses.is_dataclass(record.kind)
-        own = {one.name for one in dataclasses.fields(record.kind)} - {"meta", "_document", "_oscillator"}
-        assert own == {one.name for one in record if not one.stored_only}
+        own = {attribute.name for attribute in dataclasses.fields(record.kind)} - {"meta", "_document", "_oscillator"}
+        assert own == {entry.name for entry in record if not entry.stored_only}
         assert all(f"\n{name} : " in (record.kind.__doc__ or "") for name in own)
 
 
@@ -65,8 +65,10 @@ class Other(Record):
 
 def test_a_field_has_its_name_and_its_type_from_the_attribute() -> None:
     """It is written once: no name, type or need is given beside the attribute's own."""
-    found = {one.name: (one.type, one.dims, one.null, one.optional, one.is_tuple) for one in Sample.schema}
-    assert found == {
+    described = {
+        entry.name: (entry.type, entry.dims, entry.null, entry.optional, entry.is_tuple) for entry in Sample.schema
+    }
+    assert described == {
         "number": ("float", (), False, False, False),
         "name": ("str", (), True, False, False),
         "array": ("float", ("time",), False, True, False),
@@ -75,8 +77,8 @@ def test_a_field_has_its_name_and_its_type_from_the_attribute() -> None:
         "aside": (Family.schema, (), False, True, False),
     }
     assert Sample.schema.description == "A record with one field of each kind. It is of this test."
-    varied, given = Other.schema["number"], Sample.schema["number"]
-    assert varied == given.varied(dims=("time",), null=True)
+    varied, original = Other.schema["number"], Sample.schema["number"]
+    assert varied == original.varied(dims=("time",), null=True)
     assert not hasattr(Sample, "aside")
     with pytest.raises(TypeError, match="dimensions"):
         type("Wrong", (Record,), {"__annotations__": {"x": FloatArray}, "x": field("An array.")})
@@ -112,11 +114,11 @@ def test_objects_are_frozen_and_are_made_as_dataclasses_are() -> None:
 @pytest.mark.parametrize("schema", SCHEMAS, ids=lambda schema: schema.name)
 def test_every_field_is_described(schema: RecordSchema) -> None:
     for record in records(schema):
-        names = [one.name for one in record]
+        names = [entry.name for entry in record]
         assert len(set(names)) == len(names)
-        for one in record:
-            assert one.description.endswith("."), f"{record.name}.{one.name}"
-            assert not one.index_of or one.index_of in names
+        for entry in record:
+            assert entry.description.endswith("."), f"{record.name}.{entry.name}"
+            assert not entry.index_of or entry.index_of in names
 
 
 @pytest.mark.parametrize("process", list(REQUESTS))
@@ -126,16 +128,16 @@ def test_documents_are_checked_field_by_field(process: str) -> None:
     assert problems(schema, whole) == []
     assert problems(schema, document_of(schema.kind, **whole)) == []
     assert problems(schema, decode_npz(encode_npz(whole, {}))[0]) == []
-    for one in schema:
-        if one.name not in whole:
+    for entry in schema:
+        if entry.name not in whole:
             continue
-        lacking = {name: value for name, value in whole.items() if name != one.name}
-        assert bool(problems(schema, lacking)) is not one.optional
-        if one.dims and isinstance(whole[one.name], np.ndarray):
-            deeper = {**whole, one.name: whole[one.name][None]}
+        lacking = {name: value for name, value in whole.items() if name != entry.name}
+        assert bool(problems(schema, lacking)) is not entry.optional
+        if entry.dims and isinstance(whole[entry.name], np.ndarray):
+            deeper = {**whole, entry.name: whole[entry.name][None]}
             assert any("dimensions" in problem for problem in problems(schema, deeper))
-            other = {**whole, one.name: whole[one.name].astype(np.complex64 if one.type != "str" else "S")}
-            assert any(f"{one.name} is " in problem for problem in problems(schema, other))
+            other = {**whole, entry.name: whole[entry.name].astype(np.complex64 if entry.type != "str" else "S")}
+            assert any(f"{entry.name} is " in problem for problem in problems(schema, other))
     assert "not declared" in problems(schema, {**whole, "novelty": 1})[0]
 
 
@@ -151,27 +153,27 @@ def test_a_document_is_made_of_objects_and_values() -> None:
 
 
 def test_a_wrong_or_a_missing_name_fails_where_a_document_is_made() -> None:
-    given: dict[str, Any] = {"number": 1.0, "name": "x", "texts": []}
+    values: dict[str, Any] = {"number": 1.0, "name": "x", "texts": []}
     for wrong, named in (
         ({"numbers": 1.0}, "Sample have no numbers"),
         ({"families": [{"case": 1}]}, "Family lacks n"),
         ({"aside": {"case": 1, "n": 2, "m": 3}}, "Family have no m"),
     ):
         with pytest.raises(TypeError, match=named):
-            document_of(Sample, **given, **wrong)
-    for name in given:
+            document_of(Sample, **values, **wrong)
+    for name in values:
         with pytest.raises(TypeError, match=f"Sample lacks {name}"):
-            document_of(Sample, **{other: value for other, value in given.items() if other != name})
+            document_of(Sample, **{other: value for other, value in values.items() if other != name})
 
 
 def test_values_that_are_not_numbers_or_not_allowed_are_found() -> None:
     curve = document("grazing-curves")
     schema = schema_of("grazing-curves", curve)
     assert problems(schema, {**curve, "phase": curve["phase"] * np.nan}) == ["GrazingCurve.phase is not finite"]
-    (said,) = problems(schema, {**curve, "phase": curve["phase"][1:]})
-    assert "2 along omega, where others have 3" in said
+    (problem,) = problems(schema, {**curve, "phase": curve["phase"][1:]})
+    assert "2 along omega, where others have 3" in problem
     orbit: dict[str, Any] = document("periodic-orbits")
-    (said,) = problems(schema_of("periodic-orbits", orbit), {**orbit, "found_by": "chance"})
-    assert "other values" in said
-    (said,) = problems(schema_of("periodic-orbits", orbit), {**orbit, "period": 1.5})
-    assert "not a int" in said or "not an int" in said
+    (problem,) = problems(schema_of("periodic-orbits", orbit), {**orbit, "found_by": "chance"})
+    assert "other values" in problem
+    (problem,) = problems(schema_of("periodic-orbits", orbit), {**orbit, "period": 1.5})
+    assert "not a int" in problem or "not an int" in problem

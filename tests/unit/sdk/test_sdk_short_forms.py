@@ -160,7 +160,7 @@ def test_a_wrong_value_is_named_wherever_it_is_written(process: str) -> None:
                     parse_request(process, with_text(body, place))
                 written = tuple(map(str, place))
                 named = [tuple(map(str, error["loc"])) for error in caught.value.errors()]
-                assert any(one and one == written[: len(one)] for one in named), (body, place, named)
+                assert any(path and path == written[: len(path)] for path in named), (body, place, named)
 
 
 def test_the_documented_form_of_a_request_has_axes_alone() -> None:

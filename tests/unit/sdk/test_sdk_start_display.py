@@ -57,7 +57,7 @@ SAID = [
 
 
 @pytest.mark.parametrize(
-    ("said", "quiet", "ready", "lines"),
+    ("messages", "quiet", "ready", "lines"),
     [
         (SAID, False, True, ["compiling kernels, step 1 of 4, about 36 s", "ready after 38 s"]),
         (SAID, False, False, ["compiling kernels, step 1 of 4, about 36 s"]),
@@ -66,13 +66,13 @@ SAID = [
     ],
 )
 def test_a_log_has_the_step_that_takes_long_and_the_end_unless_the_start_is_quick(
-    monkeypatch, said, quiet, ready, lines
+    monkeypatch, messages, quiet, ready, lines
 ):
     now = [100.0]
     monkeypatch.setattr(module.time, "monotonic", lambda: now[0])
     stream = io.StringIO()
     shown = StartLog(stream, quiet)
-    for seconds, text in said:
+    for seconds, text in messages:
         now[0] = 100.0 + seconds
         shown.show(text)
     now[0] = 138.0

@@ -185,8 +185,8 @@ def test_a_wait_that_ends_while_no_stream_is_open_is_said_to_end(play, later):
     # a stream says nothing of a job that is computed
     service = play([*event(1), *waiting("a worker"), ReadError("reset")], *later, finished_after=30.0)
     service.follow()
-    said = [event.data["waiting_for"] for event in service.script.events if event.name == "waiting"]
-    assert said == ["a worker", None]
+    reasons = [event.data["waiting_for"] for event in service.script.events if event.name == "waiting"]
+    assert reasons == ["a worker", None]
     assert service.names[-1] == "done"
 
 
@@ -217,7 +217,7 @@ def test_the_end_of_an_earlier_computation_is_not_the_end_of_this_one(play):
 
 def decode(text: str) -> list:
     decoder = EventDecoder()
-    return [found for line in text.split("\n") if (found := decoder.feed(line)) is not None]
+    return [message for line in text.split("\n") if (message := decoder.feed(line)) is not None]
 
 
 def test_the_decoder_follows_the_standard():
