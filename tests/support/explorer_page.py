@@ -94,6 +94,16 @@ def maps(url: str) -> list[dict[str, Any]]:
     return jobs
 
 
+def ranges(body: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the ranges of the two axes of a request."""
+    return body["horizontal"]["values"], body["vertical"]["values"]
+
+
+def holds(body: dict[str, Any], *point: float) -> bool:
+    """Return whether a point is inside the ranges of a request."""
+    return all(values["start"] < value < values["stop"] for values, value in zip(ranges(body), point, strict=True))
+
+
 def ended(url: str, job: str) -> str:
     """Wait for the end of a job, and return its status."""
     deadline = time.monotonic() + 30

@@ -150,8 +150,6 @@ class Argument(NamedTuple):
     """The number of values of a range, as another argument gives it."""
     keyword: str = ""
     """The name of that other argument."""
-    given: Mapping[str, Any] = {}
-    """All arguments of the method."""
     fields: Mapping[str, Any] = {}
     """The fields of the request that were converted before."""
 

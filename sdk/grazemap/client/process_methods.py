@@ -220,7 +220,7 @@ class ProcessMethod:
         body = dict(self.extra.fields(values))
         for name in self._arguments:
             if name not in body and not self._is_left_out(name, values[name]):
-                place = Argument(name, points.get(name), self._keyword, values, body)
+                place = Argument(name, points.get(name), self._keyword, body)
                 body[name] = self.forms[name].convert(place, values[name])
         body = {name: value for name, value in body.items() if not self._is_left_out(name, value)}
         return validated(self.process, body), values["progress"]

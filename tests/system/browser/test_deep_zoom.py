@@ -12,7 +12,7 @@ from playwright.sync_api import Page, expect
 
 from grazemap import Client
 from tests.slow.verified_points import DEFAULT, EQUAL, Point, impacts_in_fifty_digits, verdict
-from tests.support.explorer_page import answered, place, show, verified, window
+from tests.support.explorer_page import answered, holds, place, ranges, show, verified, window
 from tests.support.watched_page import Watched
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
@@ -46,9 +46,7 @@ def zoom(page: Page, clearance: float, width: float) -> None:
 def tile_at(watched: Watched, clearance: float) -> dict[str, Any]:
     """Return the last request for a verified tile that contains the point."""
     for request in reversed(watched.posted("unfolding-maps")):
-        across, up = request["omega"], request["clearance"]
-        inside = across["start"] < OMEGA < across["stop"] and up["start"] < clearance < up["stop"]
-        if inside and "preview" not in request:
+        if "preview" not in request and holds(request, OMEGA, clearance):
             return dict(request)
     raise AssertionError("no tile was asked for at the point")
 
@@ -62,7 +60,8 @@ def test_verified_points_stay_right_until_double_precision_ends(small: Watched, 
     verified(page)
     expect(page.locator("#says")).not_to_have_text(END)
     tile = tile_at(small, clearance)
-    assert tile["omega"]["stop"] - tile["omega"]["start"] < 0.0625 / 2.0**30
+    across, _ = ranges(tile)
+    assert across["stop"] - across["start"] < 0.0625 / 2.0**30
     umap = answered(url, "unfolding-maps", tile)
     verdicts, labels = [], set()
     for row, column in np.random.default_rng(1).integers(128, size=(20, 2)):

@@ -15,7 +15,7 @@ from playwright.sync_api import Page, expect
 from grazemap import Client
 from grazemap.wire import Oscillator
 from grazemap.wire.planes import with_parameter
-from tests.support.explorer_page import QUICK, WAIT, answered, place, reading, show, verified
+from tests.support.explorer_page import QUICK, WAIT, answered, holds, place, reading, show, verified
 from tests.support.watched_page import Watched
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
@@ -105,8 +105,8 @@ def test_a_point_over_the_forces_is_the_machine_with_such_forces(watched: Watche
     page.locator("#ask-branch").click()
     expect(page.locator("#branch")).to_contain_text("at factor of the forces", timeout=WAIT)
     branch = watched.posted("orbit-branches")[0]
-    assert branch["vary"] == "forcing"
-    assert branch["range"]["start"] * factor == pytest.approx(0.75)
+    assert branch["axis"]["vary"] == "forcing"
+    assert branch["axis"]["values"]["start"] * factor == pytest.approx(0.75)
 
 
 def test_the_parameters_are_chosen_in_the_form_and_the_history_goes_back(small: Watched, url: str) -> None:
@@ -173,10 +173,7 @@ def test_the_power_is_asked_for_with_the_tiles_and_is_that_of_the_api(small: Wat
     tile = next(
         body
         for body in small.posted("unfolding-maps")
-        if "observables" in body
-        and "preview" not in body
-        and body["omega"]["start"] < 0.29 < body["omega"]["stop"]
-        and body["clearance"]["start"] < 1.78 < body["clearance"]["stop"]
+        if "observables" in body and "preview" not in body and holds(body, 0.29, 1.78)
     )
     umap = answered(url, "unfolding-maps", tile)
     column, row = (

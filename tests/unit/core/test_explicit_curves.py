@@ -113,6 +113,7 @@ def test_special_orbits_of_one_harmonic_are_those_of_the_closed_form(multiple: i
     """With one stop, and with two of equal gaps; the first contact too."""
     family = OrbitFamily.of(DEFAULT, multiple, False)
     of = StopFamily(family, stop, ABSENT if alone else SecondStop(0.0, 1.0))
+    compared = 0
     for omega in (0.262, 0.281, 0.2875, 0.3):
         here = of.at(omega, family.steady(omega))
         for point in one_impact_branch(DEFAULT, omega, multiple, stop=stop, alone=alone).special_points[1:]:
@@ -123,6 +124,8 @@ def test_special_orbits_of_one_harmonic_are_those_of_the_closed_form(multiple: i
             assert near[0].admissible == point.admissible
             if point.stop is not None:
                 assert near[0].stop == point.stop * stop
+            compared += 1
+    assert compared
 
 
 def test_curves_of_symmetric_motions_under_several_harmonics_are_orbits_with_half_multipliers_of_1_or_minus_1() -> None:

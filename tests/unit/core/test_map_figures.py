@@ -191,6 +191,7 @@ def test_a_sweep_continues_from_the_final_state_of_the_previous_point(policy: st
     tile = unfolding_map_tile(Plane.of(DEFAULT, np.array([omega]), clearances), policy=policy)
     order = range(6) if policy == "sweep-up" else range(5, -1, -1)
     displacement, velocity = np.zeros(3), np.zeros(3)
+    compared = 0
     for i in order:
         if abs(displacement[0]) >= clearances[i]:
             displacement = displacement.copy()
@@ -211,6 +212,8 @@ def test_a_sweep_continues_from_the_final_state_of_the_previous_point(policy: st
             assert sorted([tile["impacts_right"][i, 0], tile["impacts_left"][i, 0]]) == sorted(
                 [whole.motion.impacts_right, whole.motion.impacts_left]
             )
+            compared += 1
+    assert compared
 
 
 def test_an_ensemble_counts_the_motions_to_which_its_states_lead() -> None:

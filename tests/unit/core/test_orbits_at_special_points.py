@@ -51,7 +51,9 @@ def test_an_orbit_at_a_special_point_is_found_whatever_the_round_off(kind):
 
 
 def test_beside_a_saddle_node_the_reason_is_that_the_equations_are_singular():
-    for point in (point for point in special_points() if point.type == "SN"):
+    saddle_nodes = [point for point in special_points() if point.type == "SN"]
+    assert saddle_nodes
+    for point in saddle_nodes:
         orbits = [
             periodic_orbit(DEFAULT, point.omega, point.clearance * (1.0 + side), point.impacts)
             for side in (1e-10, -1e-10)

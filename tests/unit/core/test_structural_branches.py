@@ -89,12 +89,15 @@ def test_a_curve_over_damping_and_a_mass_keeps_its_multiplier(branch):
     )
     assert len(curve.points) > 4
     assert np.ptp(curve.vertical) > 0.01
+    nearest = []
     for place in range(0, len(curve.points), 3):
         oscillator = curve.points[place].applied(OSCILLATOR)
         impacts = ImpactSequence.create(curve.period, curve.stops, curve.phases[place], curve.velocities[place])
         orbit = periodic_orbit(oscillator, curve.omega[place], 1.6, impacts.whole)
         if orbit.converged:
-            assert np.min(np.abs(orbit.multipliers + 1.0)) < 1e-6
+            nearest.append(np.min(np.abs(orbit.multipliers + 1.0)))
+    assert nearest
+    assert max(nearest) < 1e-6
 
 
 @pytest.mark.parametrize(

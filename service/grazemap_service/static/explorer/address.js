@@ -8,27 +8,27 @@ import { rounded } from "./ticks.js";
 const SHARE = 1e-6; // of a window, to which its ends are said
 
 const numbers = (text, separator) => {
-  const found = (text ?? "").split(separator).map(Number);
-  return text && found.length === 2 && found.every(Number.isFinite) ? found : null;
+  const values = (text ?? "").split(separator).map(Number);
+  return text && values.length === 2 && values.every(Number.isFinite) ? values : null;
 };
 const interval = (text) => {
-  const found = numbers(text, "..");
-  return found && found[0] < found[1] ? found : null;
+  const bounds = numbers(text, "..");
+  return bounds && bounds[0] < bounds[1] ? bounds : null;
 };
 const number = (text) => (text && Number.isFinite(Number(text)) ? Number(text) : null);
 
 // The plane and its window: the usual one where the address does not say another one whole.
-function planeOf(said, standard) {
-  const [horizontal, vertical] = ["horizontal", "vertical"].map((name) => said.get(name) ?? USUAL[name]);
-  const [x, y] = [horizontal, vertical].map((name) => interval(said.get(name)));
-  const [omega, clearance] = ["omega", "clearance"].map((name) => number(said.get(name)));
+function planeOf(query, standard) {
+  const [horizontal, vertical] = ["horizontal", "vertical"].map((name) => query.get(name) ?? USUAL[name]);
+  const [x, y] = [horizontal, vertical].map((name) => interval(query.get(name)));
+  const [omega, clearance] = ["omega", "clearance"].map((name) => number(query.get(name)));
   const varies = (name) => horizontal === name || vertical === name;
   const isWhole = x && y && (varies("omega") || omega) && (varies("clearance") || clearance);
   if (isWhole && horizontal !== vertical && parameter(horizontal) && parameter(vertical))
     return { x, y, plane: { horizontal, vertical, omega, clearance } };
   return {
-    x: interval(said.get("omega")) ?? standard.x,
-    y: interval(said.get("clearance")) ?? standard.y,
+    x: interval(query.get("omega")) ?? standard.x,
+    y: interval(query.get("clearance")) ?? standard.y,
     plane: USUAL,
   };
 }
@@ -38,20 +38,20 @@ export const mapOf = (hash) => new URLSearchParams(hash.replace(/^#/, "")).get("
 
 // The state that an address says; what it does not say, or says wrongly, is that of `standard`.
 export function read(hash, standard) {
-  const said = new URLSearchParams(hash.replace(/^#/, ""));
+  const query = new URLSearchParams(hash.replace(/^#/, ""));
   let machine = standard.machine;
   try {
-    machine = { ...standard.machine, ...JSON.parse(said.get("machine") ?? "{}") };
+    machine = { ...standard.machine, ...JSON.parse(query.get("machine") ?? "{}") };
   } catch {
     /* an address that was cut off */
   }
   if (!Object.hasOwn(SIDES, machine.stops)) machine = { ...machine, stops: standard.machine.stops };
   return {
-    ...planeOf(said, standard),
-    layer: Object.hasOwn(LAYERS, said.get("layer") ?? "") ? said.get("layer") : standard.layer,
-    curves: said.get("curves") === "all" ? "all" : standard.curves,
-    borders: said.get("borders") === "explained",
-    at: numbers(said.get("at"), ","),
+    ...planeOf(query, standard),
+    layer: Object.hasOwn(LAYERS, query.get("layer") ?? "") ? query.get("layer") : standard.layer,
+    curves: query.get("curves") === "all" ? "all" : standard.curves,
+    borders: query.get("borders") === "explained",
+    at: numbers(query.get("at"), ","),
     machine,
   };
 }
@@ -60,18 +60,18 @@ const ends = ([low, high]) => [low, high].map((value) => rounded(value, SHARE * 
 
 export function write({ x, y, plane, layer, curves, borders, at, machine }, standard) {
   const { horizontal, vertical, ...fixed } = plane;
-  const said = new URLSearchParams({
+  const query = new URLSearchParams({
     ...(!isUsual(plane) && { horizontal, vertical }),
     [horizontal]: ends(x),
     [vertical]: ends(y),
   });
-  for (const [name, value] of Object.entries(fixed)) if (value !== null) said.set(name, value);
-  if (layer !== standard.layer) said.set("layer", layer);
-  if (curves !== standard.curves) said.set("curves", curves);
-  if (borders) said.set("borders", "explained");
-  if (at) said.set("at", at.join(","));
+  for (const [name, value] of Object.entries(fixed)) if (value !== null) query.set(name, value);
+  if (layer !== standard.layer) query.set("layer", layer);
+  if (curves !== standard.curves) query.set("curves", curves);
+  if (borders) query.set("borders", "explained");
+  if (at) query.set("at", at.join(","));
   const { machine: usual } = standard;
   const own = Object.entries(machine).filter(([name, value]) => value !== usual[name]);
-  if (own.length) said.set("machine", JSON.stringify(Object.fromEntries(own)));
-  return `#${said}`;
+  if (own.length) query.set("machine", JSON.stringify(Object.fromEntries(own)));
+  return `#${query}`;
 }

@@ -54,7 +54,7 @@ export function chart({ title, x, y, names, series = [], dots = [], bars = [], i
         ? line(px(bar.x), MARGIN.top, px(bar.x), bottom, bar.kind)
         : line(MARGIN.left, py(bar.y), right, py(bar.y), bar.kind),
     ),
-    ...series.map((one) => drawing("path", { d: path(one), class: one.kind })),
+    ...series.map((curve) => drawing("path", { d: path(curve), class: curve.kind })),
     ...dots.map((dot) =>
       drawing(
         "circle",
@@ -62,8 +62,10 @@ export function chart({ title, x, y, names, series = [], dots = [], bars = [], i
         ...(dot.text ? [drawing("title", {}, dot.text)] : []),
       ),
     ),
-    ...across.marks.map(({ value, text: said }) => text(said, { x: at(px(value)), y: bottom + 14, class: "middle" })),
-    ...up.marks.map(({ value, text: said }) => text(said, { x: MARGIN.left - 5, y: at(py(value) + 4), class: "end" })),
+    ...across.marks.map(({ value, text: label }) => text(label, { x: at(px(value)), y: bottom + 14, class: "middle" })),
+    ...up.marks.map(({ value, text: label }) =>
+      text(label, { x: MARGIN.left - 5, y: at(py(value) + 4), class: "end" }),
+    ),
     text(axisName(names.x, across), {
       x: (MARGIN.left + right) / 2,
       y: bottom + 30,
@@ -89,7 +91,7 @@ export function onDrag(svg, x, chosen) {
   };
   const value = (at) => x[0] + ((at - MARGIN.left) / width) * (x[1] - x[0]);
   let from = null;
-  const ends = (event) => [from, place(event)].sort((one, other) => one - other);
+  const ends = (event) => [from, place(event)].sort((a, b) => a - b);
   svg.addEventListener("pointerdown", (event) => {
     event.preventDefault();
     from = place(event);

@@ -30,8 +30,8 @@ export function withImpacts(machine, { time, displacement, velocity, impacts }, 
     if (impacts.kind[k] !== "impact") return 0; // the contact rests, or is released
     return -(impacts.stop[k] > 0 ? (restitution.right ?? restitution) : (restitution.left ?? restitution));
   };
-  const found = { time: [], q: [], v: [] };
-  const add = (...values) => Object.values(found).forEach((list, k) => list.push(values[k]));
+  const motion = { time: [], q: [], v: [] };
+  const add = (...values) => Object.values(motion).forEach((list, k) => list.push(values[k]));
   let next = 0;
   time.forEach((now, k) => {
     for (; next < impacts.time.length && impacts.time[next] <= now; next++) {
@@ -41,5 +41,5 @@ export function withImpacts(machine, { time, displacement, velocity, impacts }, 
     }
     add(now, places[k], speeds[k]);
   });
-  return found;
+  return motion;
 }

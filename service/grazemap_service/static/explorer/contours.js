@@ -16,9 +16,9 @@ export function zeros(values, n) {
       const at = corners.map(([i, j]) => values[j * n + i]);
       const crossed = [];
       for (let k = 0; k < 4; k++) {
-        const [one, other] = [at[k], at[(k + 1) % 4]];
-        if (one < 0 === other < 0 || !Number.isFinite(one + other)) continue;
-        const part = one / (one - other);
+        const [start, end] = [at[k], at[(k + 1) % 4]];
+        if (start < 0 === end < 0 || !Number.isFinite(start + end)) continue;
+        const part = start / (start - end);
         const [[i, j], [to, up]] = [corners[k], corners[(k + 1) % 4]];
         crossed.push(share(i + part * (to - i)), share(j + part * (up - j)));
       }

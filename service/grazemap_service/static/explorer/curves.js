@@ -21,10 +21,10 @@ export const NAMES = {
 // The dyadic interval of at most eight parts that contains an interval, inside a domain.
 export function around([low, high], domain) {
   const exponent = Math.min(Math.ceil(Math.log2((high - low) / 4)), Math.log2(domain[1] - domain[0]));
-  const found = indices([low, high], exponent, domain);
+  const parts = indices([low, high], exponent, domain);
   const size = 2 ** exponent;
   const least = domain[0] === 0 ? size / 2 ** 10 : -Infinity; // many parameters are not 0
-  return [Math.max(found[0] * size, least), (found[found.length - 1] + 1) * size];
+  return [Math.max(parts[0] * size, least), (parts[parts.length - 1] + 1) * size];
 }
 
 // Whether there are bifurcation curves over a plane without a motion to begin with.
@@ -89,7 +89,10 @@ export class Curves {
   // Of a state of the page; `domains` are those of the parameters.
   show({ machine, plane, x, y, curves, borders }, domains) {
     const family = JSON.stringify([machine, plane]);
-    if (this.family !== family) this.#kept.clear();
+    if (this.family !== family) {
+      this.#kept.clear();
+      for (const what of Object.keys(this.wanted)) this.#leave(what);
+    }
     this.family = family;
     const [across, up] = [around(x, domains.x), around(y, domains.y)];
     const range = { start: across[0], stop: across[1], points: POINTS };
@@ -143,7 +146,7 @@ export class Curves {
   }
 
   // What has come of the present question, or else of the one before.
-  found(what) {
+  answer(what) {
     const wanted = this.wanted[what];
     if (!wanted) return null;
     return (
@@ -153,7 +156,7 @@ export class Curves {
 
   lines() {
     const ink = this.palette.ink;
-    const curve = this.found("graze");
+    const curve = this.answer("graze");
     const lines = [];
     if (curve) {
       const explained = (stop) =>
@@ -164,28 +167,28 @@ export class Curves {
         if (values) lines.push({ x: curve.omega, y: values, colour: ink, text: explained(`${stop} stop`) });
       }
     }
-    const beside = this.found("beside");
+    const beside = this.answer("beside");
     if (beside) {
       const text = "Here the steady motion just touches the left stop, which is fixed.";
       for (const x of crossings(beside.omega, beside.clearance_left, this.left))
         lines.push({ x: [x, x], y: this.up, colour: ink, text });
     }
-    return [...lines, ...(this.found("bifurcations")?.curves ?? []).map((piece) => lineOf(piece, this.palette))];
+    return [...lines, ...(this.answer("bifurcations")?.curves ?? []).map((piece) => lineOf(piece, this.palette))];
   }
 
   // The borders of the regions, those of one explanation as one line, and the curves that explain them.
   borders() {
-    const { borders: found, unfolding_map: map } = this.found("borders") ?? {};
-    if (!found) return [];
+    const { borders, unfolding_map: map } = this.answer("borders") ?? {};
+    if (!borders) return [];
     const [x, y] = [map.omega ?? map.horizontal, map.clearance ?? map.vertical];
     const label = (row, column) => map.motions[map.motion[row][column]].label;
     const lines = new Map();
-    found.row.forEach((row, k) => {
-      const column = found.column[k];
-      const upwards = found.along[k] === 0;
-      const [one, other] = [label(row, column), upwards ? label(row + 1, column) : label(row, column + 1)];
-      const why = explained(found, k);
-      const name = `Border between ${[one, other].sort().join(" and ")}: ${why}`;
+    borders.row.forEach((row, k) => {
+      const column = borders.column[k];
+      const upwards = borders.along[k] === 0;
+      const motions = [label(row, column), upwards ? label(row + 1, column) : label(row, column + 1)];
+      const why = explained(borders, k);
+      const name = `Border between ${motions.sort().join(" and ")}: ${why}`;
       const line = lines.get(name) ?? { x: [], y: [], colour: this.palette.ink, thin: true, text: name };
       lines.set(name, line);
       const between = (axis, number) => (axis[number] + axis[number + 1]) / 2;
@@ -195,12 +198,12 @@ export class Curves {
       line.x.push(...xs, null);
       line.y.push(...ys, null);
     });
-    return [...lines.values(), ...found.curves.map((curve) => borderCurve(curve, this.palette))];
+    return [...lines.values(), ...borders.curves.map((curve) => borderCurve(curve, this.palette))];
   }
 
   marks() {
     const ink = this.palette.ink;
-    return (this.found("graze")?.points ?? []).map((point) => {
+    return (this.answer("graze")?.points ?? []).map((point) => {
       const resonant = point.kind === "resonant";
       return {
         x: point.omega,

@@ -39,11 +39,11 @@ function labelled({ kind, kinds, period, impacts_right, impacts_left }) {
 }
 
 async function tileOf(buffer) {
-  const { margin_right, margin_left, ...found } = await arrays(buffer, NAMES);
-  const { kind, kinds, period, impacts_right, impacts_left, ...rest } = found;
+  const { margin_right, margin_left, ...values } = await arrays(buffer, NAMES);
+  const { kind, kinds, period, impacts_right, impacts_left, ...rest } = values;
   const tile = { ...labelled({ kind, kinds, period, impacts_right, impacts_left }), ...rest };
   const points = Math.sqrt(kind.length);
-  if (tile.sensitive) tile.sensitiveShare = tile.sensitive.reduce((sum, one) => sum + Number(one), 0) / kind.length;
+  if (tile.sensitive) tile.sensitiveShare = tile.sensitive.reduce((sum, flag) => sum + Number(flag), 0) / kind.length;
   if (margin_right) tile.graze_right = zeros(margin_right, points);
   if (margin_left) tile.graze_left = zeros(margin_left, points);
   return tile;

@@ -16,7 +16,7 @@ export async function showBasins(panel) {
   const rows = label.length;
   const columns = label[0].length;
   const canvas = element("canvas", { width: columns, height: rows });
-  const names = attractors.map((one) => one.label ?? one.kind);
+  const names = attractors.map((attractor) => attractor.label ?? attractor.kind);
   // attractors of one name are numbered from the second on
   const numbered = names.map((name, k) => {
     const number = names.slice(0, k).filter((other) => other === name).length;
@@ -52,9 +52,9 @@ export async function showBasins(panel) {
     element(
       "ul",
       {},
-      ...attractors.map((one, k) => {
+      ...attractors.map((attractor, k) => {
         const { colour, image: stripes } = looks.get(numbered[k]);
-        return element("li", {}, swatch(colour, stripes), `${numbered[k]}: ${percent(one.share)}`);
+        return element("li", {}, swatch(colour, stripes), `${numbered[k]}: ${percent(attractor.share)}`);
       }),
     ),
   );

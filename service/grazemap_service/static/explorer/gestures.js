@@ -40,8 +40,8 @@ export class Gestures {
   }
 
   #distance() {
-    const [one, other] = [...this.#pointers.values()];
-    return Math.hypot(one.px - other.px, one.py - other.py);
+    const [pointer, other] = [...this.#pointers.values()];
+    return Math.hypot(pointer.px - other.px, pointer.py - other.py);
   }
 
   #move(event) {
@@ -52,10 +52,10 @@ export class Gestures {
     this.#pointers.set(event.pointerId, place);
     if (gesture.kind === "pinch") {
       const distance = this.#distance();
-      const [one, other] = [...this.#pointers.values()];
+      const [pointer, other] = [...this.#pointers.values()];
       this.plane.zoom(
         distance / gesture.distance,
-        this.plane.value({ px: (one.px + other.px) / 2, py: (one.py + other.py) / 2 }),
+        this.plane.value({ px: (pointer.px + other.px) / 2, py: (pointer.py + other.py) / 2 }),
       );
       gesture.distance = distance;
       return;
@@ -92,10 +92,10 @@ export class Gestures {
   #showBox(from, to) {
     if (Math.abs(from.px - to.px) < SMALLEST_BOX || Math.abs(from.py - to.py) < SMALLEST_BOX || !this.act.mayZoomIn())
       return;
-    const one = this.plane.value(from);
+    const corner = this.plane.value(from);
     const other = this.plane.value(to);
     const sorted = (a, b) => [Math.min(a, b), Math.max(a, b)];
-    this.plane.go({ x: sorted(one.x, other.x), y: sorted(one.y, other.y) }, { now: true });
+    this.plane.go({ x: sorted(corner.x, other.x), y: sorted(corner.y, other.y) }, { now: true });
   }
 
   #wheel(event) {

@@ -51,5 +51,5 @@ export const ancestor = ({ ex, ey, i, j }, levels) => ({
 export function tilesOf({ x, y }, ex, ey, centre, domains) {
   const tiles = indices(y, ey, domains.y).flatMap((j) => indices(x, ex, domains.x).map((i) => ({ ex, ey, i, j })));
   const distance = ({ i, j }) => Math.hypot(i + 0.5 - centre.x / 2 ** ex, j + 0.5 - centre.y / 2 ** ey);
-  return tiles.sort((one, other) => distance(one) - distance(other));
+  return tiles.sort((tile, other) => distance(tile) - distance(other));
 }

@@ -36,7 +36,7 @@ export function rangeOf(layer, tiles) {
     .flatMap((tile) => (tile[field] ? [...tile[field].filter((_, k) => k % 37 === 0)] : []))
     .filter(Number.isFinite)
     .map((value) => (diverging ? Math.abs(value) : value))
-    .sort((one, other) => one - other);
+    .sort((a, b) => a - b);
   if (!values.length) return null;
   const most = values[Math.floor(SHARE_IN_RANGE * (values.length - 1))] || values[values.length - 1] || 1;
   const power = 10 ** Math.floor(Math.log10(most));
@@ -110,7 +110,7 @@ export function shares(tiles, { x, y }) {
   return labels
     .map((label, number) => ({ label, share: counts[number] / all }))
     .filter(({ share }) => share > 0)
-    .sort((one, other) => other.share - one.share);
+    .sort((motion, other) => other.share - motion.share);
 }
 
 export const percent = (share) => (share < 0.001 ? "< 0.1 %" : `${(100 * share).toFixed(1)} %`);
@@ -120,7 +120,8 @@ export const withoutRemedy = (reason) => reason.replace(/\.? Remedy:.*/s, "");
 
 // What the finest of the tiles says about a point of the plane; null where none has come.
 export function reading(tiles, x, y) {
-  const tile = tiles.findLast((one) => one.x[0] <= x && x < one.x[1] && one.y[0] <= y && y < one.y[1]);
+  const covers = ({ x: [left, right], y: [low, high] }) => left <= x && x < right && low <= y && y < high;
+  const tile = tiles.findLast(covers);
   if (!tile) return null;
   const place = (value, [low, high]) =>
     Math.min(tile.points - 1, Math.floor(((value - low) / (high - low)) * tile.points));

@@ -19,7 +19,7 @@ export class Legend {
     const item = (...parts) => element("li", { hidden: true }, ...parts);
     this.#meanings = [
       ...Object.entries(names).map(([type, name]) => ({
-        isSeen: (one) => one.type === type,
+        isSeen: (drawing) => drawing.type === type,
         item: item(swatch(bifurcations[type]), `${type}: ${name}`),
       })),
       {
@@ -33,7 +33,7 @@ export class Legend {
         ),
       },
     ];
-    byId("curve-legend").append(...this.#meanings.map((one) => one.item));
+    byId("curve-legend").append(...this.#meanings.map((meaning) => meaning.item));
   }
 
   // Says what the curves and marks that are drawn mean.

@@ -116,7 +116,7 @@ export class MachineForm {
   }
 
   // The machine that the form says. Errors of single fields are shown there; null if there are some.
-  #said() {
+  #machine() {
     const fields = this.form.elements;
     const oscillator = {};
     const errors = {};
@@ -142,8 +142,8 @@ export class MachineForm {
     const left = stops === "unequal" ? Number(fields.left.value || NaN) : null;
     if (Number.isNaN(left) && fields.left.value) errors.left = `${notNumber(fields.left.value)}.`;
     else if (Number.isNaN(left)) missing.left = "Enter the distance of the left stop.";
-    const said = Object.entries(missing).filter(([name]) => this.#touched.has(name));
-    this.#say({ ...Object.fromEntries(said), ...errors });
+    const reminders = Object.entries(missing).filter(([name]) => this.#touched.has(name));
+    this.#say({ ...Object.fromEntries(reminders), ...errors });
     if (Object.keys(missing).length || Object.keys(errors).length) return null;
     return {
       oscillator: fields.units.value === "nondimensional" && this.#isExample() ? null : oscillator,
@@ -168,7 +168,7 @@ export class MachineForm {
     this.#abort.abort();
     this.#abort = new AbortController();
     const { signal } = this.#abort;
-    const machine = this.#said();
+    const machine = this.#machine();
     if (!machine) return null;
     try {
       const { data } = await compute("structures", requests.structure(machine), { signal, priority: 9 });

@@ -258,14 +258,14 @@ function openPanel() {
 const seen = () => tiles.within(family(), state);
 
 // The verified tiles of the window that are as fine as its pixels.
-function finestSeen(found = seen()) {
+function finestSeen(seenTiles = seen()) {
   const size = 2 ** levels().x.exponent;
-  return found.filter((tile) => !tile.preview && tile.x[1] - tile.x[0] === size);
+  return seenTiles.filter((tile) => !tile.preview && tile.x[1] - tile.x[0] === size);
 }
 
 // Whether labels are not known better than to the distance of neighbouring points.
-function roundOffDecides(found) {
-  const shown = finestSeen(found);
+function roundOffDecides(seenTiles) {
+  const shown = finestSeen(seenTiles);
   const sensitive = shown.reduce((sum, tile) => sum + tile.sensitiveShare, 0);
   return shown.length > 0 && sensitive > MOST_SENSITIVE * shown.length;
 }
@@ -279,13 +279,13 @@ function refresh() {
 }
 
 function show() {
-  const found = seen();
-  const range = LAYERS[state.layer].field ? rangeOf(state.layer, found) : null;
-  const motions = LAYERS[state.layer].field ? [] : shares(found, state);
-  const labels = [...motions.map(({ label }) => label), ...found.flatMap((tile) => tile.labels)];
+  const seenTiles = seen();
+  const range = LAYERS[state.layer].field ? rangeOf(state.layer, seenTiles) : null;
+  const motions = LAYERS[state.layer].field ? [] : shares(seenTiles, state);
+  const labels = [...motions.map(({ label }) => label), ...seenTiles.flatMap((tile) => tile.labels)];
   if (motions.length) colours.see([...new Set(labels)]);
   const style = JSON.stringify([state.layer, range, [...legend.hidden], colours.version]);
-  for (const tile of found) {
+  for (const tile of seenTiles) {
     if (tile.paintedAs === style) continue;
     tile.image = paint(tile, state.layer, { hidden: legend.hidden, range, colours });
     tile.paintedAs = style;
@@ -296,8 +296,13 @@ function show() {
   const { horizontal, vertical } = state.plane;
   plane.scene = {
     below,
-    tiles: found,
-    lines: [...(isUsual(state.plane) ? [] : grazes(found)), ...curves.lines(), ...curves.borders(), ...ofPoint.lines],
+    tiles: seenTiles,
+    lines: [
+      ...(isUsual(state.plane) ? [] : grazes(seenTiles)),
+      ...curves.lines(),
+      ...curves.borders(),
+      ...ofPoint.lines,
+    ],
     marks: [...curves.marks(), ...ofPoint.marks],
     at: state.at && { x: state.at[0], y: state.at[1] },
     names: { x: axis(horizontal), y: axis(vertical) },
@@ -306,16 +311,16 @@ function show() {
   pointForm.show(state);
   legend.show(state, motions, range);
   legend.explain(plane.scene);
-  say(found);
+  say(seenTiles);
 }
 
 // Where the steady motion touches a stop: of each tile where no finer one is over it.
-function grazes(found) {
+function grazes(seenTiles) {
   return ["right", "left"].flatMap((stop) => {
     const line = { x: [], y: [], colour: palette.ink, text: GRAZE[stop] };
-    found.forEach((tile, number) => {
+    seenTiles.forEach((tile, number) => {
       const ends = tile[`graze_${stop}`] ?? [];
-      const finer = found.slice(number + 1);
+      const finer = seenTiles.slice(number + 1);
       const value = ([low, high], share) => low + share * (high - low);
       for (let k = 0; k < ends.length; k += 4) {
         const [left, right] = [value(tile.x, ends[k]), value(tile.x, ends[k + 2])];
@@ -331,7 +336,7 @@ function grazes(found) {
 const within = (value, [low, high]) => low <= value && value <= high;
 
 // The lines below the plane: what is under the pointer, and how far the tiles are.
-function say(found = seen()) {
+function say(seenTiles = seen()) {
   const { done, total, failed, waitingFor } = tiles.progress();
   const { x: across, y: up } = levels();
   const parts = [troubleText, errorText];
@@ -345,7 +350,8 @@ function say(found = seen()) {
   );
   if (across.ended || up.ended)
     parts.push("Double precision ends here: neighbouring points would be less than 64 roundings apart.");
-  else if (roundOffDecides(found)) parts.push("Round-off decides nearly all labels here: a closer look shows no more.");
+  else if (roundOffDecides(seenTiles))
+    parts.push("Round-off decides nearly all labels here: a closer look shows no more.");
   byId("says").textContent = parts.filter(Boolean).join(" ");
   if (!place) {
     byId("reading").textContent = UNREAD;
@@ -355,13 +361,13 @@ function say(found = seen()) {
   const width = (interval) => interval[1] - interval[0];
   const value = (name, number, interval) => {
     const { text, quantity } = parameter(name, state.machine);
-    const said = name === "omega" ? "ω =" : text;
-    return `${said} ${toRead(number, width(interval))}${unitOf(state.machine, quantity)}`;
+    const label = name === "omega" ? "ω =" : text;
+    return `${label} ${toRead(number, width(interval))}${unitOf(state.machine, quantity)}`;
   };
   const { horizontal, vertical } = state.plane;
   const values = `${value(horizontal, at.x, state.x)}, ${value(vertical, at.y, state.y)}`;
   const drawn = plane.markText(at) ?? plane.nearestLine(at)?.text;
-  const here = reading(found, at.x, at.y);
+  const here = reading(seenTiles, at.x, at.y);
   byId("reading").textContent = drawn ? `${values}: ${drawn}` : here ? `${values}: ${described(here)}` : values;
 }
 
@@ -421,7 +427,7 @@ offer(() => {
   return {
     state,
     ...plane.scene,
-    tiles: tiles.ofView().sort((one, other) => middle(one) - middle(other)),
+    tiles: tiles.ofView().sort((tile, other) => middle(tile) - middle(other)),
     canvas: byId("plane"),
   };
 });

@@ -53,8 +53,8 @@ export async function arrays(buffer, names) {
   const members = directory(buffer);
   const read = async (name) => npy(await member(buffer, members.get(`${name}.npy`)));
   const { texts } = JSON.parse(new TextDecoder().decode(await read("meta")));
-  const found = names.filter((name) => members.has(`${name}.npy`));
-  const values = await Promise.all(found.map(read));
+  const storedNames = names.filter((name) => members.has(`${name}.npy`));
+  const values = await Promise.all(storedNames.map(read));
   const shown = (name, codes) => (texts[name] ? Array.from(codes, (code) => texts[name][code]) : codes);
-  return Object.fromEntries(found.map((name, k) => [name, shown(name, values[k])]));
+  return Object.fromEntries(storedNames.map((name, k) => [name, shown(name, values[k])]));
 }

@@ -69,14 +69,17 @@ export function namesOf(machine) {
 
 const scaled = (value, by) => {
   if (typeof value === "number") return by * value;
-  return Array.isArray(value) ? value.map((one) => scaled(one, by)) : value;
+  return Array.isArray(value) ? value.map((entry) => scaled(entry, by)) : value;
 };
-const scaledFields = (value, names, by) =>
-  Object.fromEntries(Object.entries(value).map(([name, one]) => [name, names.includes(name) ? scaled(one, by) : one]));
+const scaledFields = (fields, names, by) =>
+  Object.fromEntries(
+    Object.entries(fields).map(([name, value]) => [name, names.includes(name) ? scaled(value, by) : value]),
+  );
 
 // A force, or a list of them, times a factor.
 function scaledForcing(forcing, by) {
-  if (Array.isArray(forcing) && typeof forcing[0] === "object") return forcing.map((one) => scaledForcing(one, by));
+  if (Array.isArray(forcing) && typeof forcing[0] === "object")
+    return forcing.map((harmonic) => scaledForcing(harmonic, by));
   return Array.isArray(forcing) ? scaled(forcing, by) : scaledFields(forcing, ["amplitude"], by);
 }
 
@@ -110,7 +113,10 @@ function withParameter(oscillator, name, value) {
 export function placeOf(machine, plane, [x, y]) {
   const values = { omega: plane.omega, clearance: plane.clearance, [plane.horizontal]: x, [plane.vertical]: y };
   const others = [plane.horizontal, plane.vertical].filter((name) => !PLACES.includes(name));
-  const changed = others.reduce((found, name) => withParameter(found, name, values[name]), oscillatorOf(machine));
+  const changed = others.reduce(
+    (oscillator, name) => withParameter(oscillator, name, values[name]),
+    oscillatorOf(machine),
+  );
   return {
     machine: {
       ...machine,

@@ -255,26 +255,26 @@ export class Plane {
     pen.restore();
   }
 
-  #distance(one, other) {
-    return Math.hypot(this.#px(one.x) - this.#px(other.x), this.#py(one.y) - this.#py(other.y));
+  #distance(point, other) {
+    return Math.hypot(this.#px(point.x) - this.#px(other.x), this.#py(point.y) - this.#py(other.y));
   }
 
   // The marks that do not cover one another, with the number of those that they stand for: [{ mark, others }].
   #apart() {
-    const found = [];
+    const groups = [];
     for (const mark of this.scene.marks ?? []) {
-      const over = found.find((one) => this.#distance(one.mark, mark) < MARK);
+      const over = groups.find((group) => this.#distance(group.mark, mark) < MARK);
       if (over) over.others += 1;
-      else found.push({ mark, others: 0 });
+      else groups.push({ mark, others: 0 });
     }
-    return found;
+    return groups;
   }
 
   // What the mark within reach of a point of the plane says.
   markText(point) {
     const [nearest] = this.#apart()
       .filter(({ mark }) => this.#distance(mark, point) < MARK)
-      .sort((one, other) => this.#distance(one.mark, point) - this.#distance(other.mark, point));
+      .sort((group, other) => this.#distance(group.mark, point) - this.#distance(other.mark, point));
     if (!nearest) return null;
     const { mark, others } = nearest;
     return others ? `${mark.text} ${others} more here: zoom in.` : mark.text;

@@ -45,7 +45,7 @@ export class PointPanel {
   draw(name, lines, marks = []) {
     this.inPlane[name] = { lines, marks };
     const all = Object.values(this.inPlane);
-    this.drawn({ lines: all.flatMap((one) => one.lines), marks: all.flatMap((one) => one.marks) });
+    this.drawn({ lines: all.flatMap((part) => part.lines), marks: all.flatMap((part) => part.marks) });
   }
 
   // Shows the motion at the point of a state of the page, with a `note`; `machine` and `at`, [omega, clearance], are

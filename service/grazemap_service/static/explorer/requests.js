@@ -1,7 +1,7 @@
 // Requests of the API about a machine, { oscillator, stops, left, periods }: `stops` is "equal", "right" or "left" (the
 // only stop) or "unequal", where the clearance of the right stop varies and `left` is that of the left one.
 
-import { USUAL, isUsual } from "./parameters.js";
+import { USUAL } from "./parameters.js";
 
 const NEXT = 1e-9; // of a value, to another one
 
@@ -23,9 +23,8 @@ function fixedClearance({ stops, left }) {
 const varied = ({ stops }, name) =>
   name === "clearance" && stops !== "equal" ? `clearance_${stops === "left" ? "left" : "right"}` : name;
 
-// What a request over ranges of a plane says: those of omega and clearance by their names, others as two axes.
+// What a request over ranges of a plane says.
 export function over(machine, plane, across, up) {
-  if (isUsual(plane)) return { ...oscillatorOf(machine), omega: across, clearance: clearance(machine, up) };
   const { horizontal, vertical } = plane;
   return {
     ...oscillatorOf(machine),
@@ -51,7 +50,11 @@ export const map = (machine, plane, across, up, { preview, observables }) => ({
   ...(observables && { observables }),
 });
 
-export const curve = (machine, omega) => ({ ...oscillatorOf(machine), ...fixedClearance(machine), omega });
+export const curve = (machine, omega) => ({
+  ...oscillatorOf(machine),
+  ...fixedClearance(machine),
+  axis: { vary: "omega", values: omega },
+});
 
 const ends = ([start, stop]) => ({ start, stop });
 
@@ -89,8 +92,7 @@ export const orbit = (machine, point) => ({
 export const branch = (machine, point, name, range) => ({
   ...at(machine, point),
   transient_periods: machine.periods,
-  vary: varied(machine, name),
-  range: ends(range),
+  axis: { vary: varied(machine, name), values: ends(range) },
 });
 
 // The curves of the motion of an orbit at a point of a plane, in a window that contains it.

@@ -57,14 +57,14 @@ function words(count, contact, stops, base) {
 export function sketch({ oscillator, stops }) {
   const { masses, matrices, contact = 1, base, forcing } = oscillator ?? EXAMPLE;
   const count = masses?.length ?? matrices.mass.length;
-  const said = words(count, contact, stops, base);
+  const description = words(count, contact, stops, base);
   const picture = drawing("svg", {
     viewBox: `0 0 ${WIDTH} ${HEIGHT}`,
     role: "img",
-    "aria-label": said,
+    "aria-label": description,
     class: "sketch",
   });
-  if (count > MOST) return [said];
+  if (count > MOST) return [description];
   const cell = (WALL - 14) / (count + 0.4);
   const size = Math.min(30, cell * 0.4);
   const home = (k) => 14 + cell * (k + 0.5);
@@ -109,5 +109,5 @@ export function sketch({ oscillator, stops }) {
     }
   }
   picture.append(...parts);
-  return [picture, said];
+  return [picture, description];
 }

@@ -34,7 +34,7 @@ const python = (value) => {
   if (Array.isArray(value)) return `[${value.map(python).join(", ")}]`;
   if (typeof value === "object")
     return `{${Object.entries(value)
-      .map(([name, one]) => `${JSON.stringify(name)}: ${python(one)}`)
+      .map(([name, field]) => `${JSON.stringify(name)}: ${python(field)}`)
       .join(", ")}}`;
   return JSON.stringify(value);
 };
@@ -45,7 +45,7 @@ function sdkValue(value) {
   if (value?.vary) return `("${value.vary}", ${value.values.join(", ")})`;
   if (value === null || typeof value !== "object") return python(value);
   return `{${Object.entries(value)
-    .map(([name, one]) => `"${name}": ${sdkValue(one)}`)
+    .map(([name, field]) => `"${name}": ${sdkValue(field)}`)
     .join(", ")}}`;
 }
 
@@ -94,7 +94,7 @@ export function asCsv(tiles, { plane, x, y }) {
     return [tile.labels[tile.motion[k]], tile.verified[k], tile.sensitive[k], ...figures];
   };
   const bands = Map.groupBy(
-    [...tiles].sort((one, other) => one.y[0] - other.y[0] || one.x[0] - other.x[0]),
+    [...tiles].sort((tile, other) => tile.y[0] - other.y[0] || tile.x[0] - other.x[0]),
     (tile) => tile.y[0],
   );
   for (const band of bands.values())
@@ -116,8 +116,8 @@ export function asSvg({ x, y }, lines, marks, names) {
         ys[k] === null ? "" : `${k && ys[k - 1] !== null ? "L" : "M"}${px(value).toFixed(2)} ${py(ys[k]).toFixed(2)}`,
       )
       .join("");
-  const text = (said, attributes) =>
-    drawing("text", { "font-family": "sans-serif", "font-size": 13, ...attributes }, said);
+  const text = (content, attributes) =>
+    drawing("text", { "font-family": "sans-serif", "font-size": 13, ...attributes }, content);
   const frame = { x: left, y: 10, width: width - left - 10, height: height - bottom - 10 };
   const across = ticks(x, 6);
   const up = ticks(y, 6);
@@ -150,10 +150,10 @@ export function asSvg({ x, y }, lines, marks, names) {
       ),
     ),
     drawing("rect", { ...frame, fill: "none", stroke: "#000" }),
-    ...across.marks.map(({ value, text: said }) =>
-      text(said, { x: px(value), y: height - bottom + 18, "text-anchor": "middle" }),
+    ...across.marks.map(({ value, text: label }) =>
+      text(label, { x: px(value), y: height - bottom + 18, "text-anchor": "middle" }),
     ),
-    ...up.marks.map(({ value, text: said }) => text(said, { x: left - 6, y: py(value) + 4, "text-anchor": "end" })),
+    ...up.marks.map(({ value, text: label }) => text(label, { x: left - 6, y: py(value) + 4, "text-anchor": "end" })),
     text(axisName(names.x, across), { x: (left + width) / 2, y: height - 8, "text-anchor": "middle" }),
     text(axisName(names.y, up), {
       x: 16,

@@ -42,6 +42,6 @@ export const rounded = (value, step) =>
 export function toRead(value, width = Math.abs(value)) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   const digits = value && width ? Math.ceil(Math.log10(Math.abs(value) / width)) + 4 : 4;
-  const said = Number(value.toPrecision(Math.min(17, Math.max(4, digits))));
-  return said && Math.abs(said) < 10 ** PLAIN[0] ? said.toExponential() : `${said}`;
+  const number = Number(value.toPrecision(Math.min(17, Math.max(4, digits))));
+  return number && Math.abs(number) < 10 ** PLAIN[0] ? number.toExponential() : `${number}`;
 }

@@ -152,16 +152,16 @@ export class Tiles {
 
   // The tiles of a family that meet a window, the coarsest points first.
   within(family, { x, y }) {
-    const meets = (one, other) => one[0] < other[1] && other[0] < one[1];
-    const found = [...this.#kept.values()].filter(
+    const meets = (interval, other) => interval[0] < other[1] && other[0] < interval[1];
+    const tiles = [...this.#kept.values()].filter(
       (tile) => tile.family === family && meets(tile.x, x) && meets(tile.y, y),
     );
-    for (const tile of found) {
+    for (const tile of tiles) {
       this.#kept.delete(tile.name);
       this.#kept.set(tile.name, tile);
     }
     const size = ({ x: [left, right], y: [low, high], points }) => ((right - left) * (high - low)) / points ** 2;
-    return found.sort((one, other) => size(other) - size(one) || other.preview - one.preview);
+    return tiles.sort((tile, other) => size(other) - size(tile) || other.preview - tile.preview);
   }
 
   // The verified tiles of the view; of those that have not come, the points alone.
