@@ -295,6 +295,7 @@ def rows(found: MapBorders) -> list[tuple[int, int, int, int]]:
     return list(zip(found.row, found.column, found.along, found.explanation, strict=True))
 
 
+@pytest.mark.thorough
 def test_a_curve_of_a_plane_of_a_mass_passes_the_special_points_of_branches_at_other_masses() -> None:
     at = ParameterPoint.of(VARYING, 0.28, 1.87)
     window: dict[str, tuple[float, float]] = {"omega": (0.26, 0.30), "masses[1]": (0.9, 1.1)}
