@@ -1,7 +1,7 @@
 """`make digests`: say which results changed against the record, and by how much, and record them.
 
-It refuses to change what is recorded for a version that CHANGELOG.md does not call unreleased: who changes the bytes of
-a result changes the version in pyproject.toml first. With `--check` (`make digests-all`) it records nothing, computes
+It refuses to change what is recorded for a version that has a section in CHANGELOG.md: who changes the bytes of a
+result changes the version in pyproject.toml first. With `--check` (`make digests-all`) it records nothing, computes
 all results with the instructions of this processor too, and fails where bytes changed, or labels and flags differ.
 """
 

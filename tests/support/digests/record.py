@@ -163,8 +163,8 @@ def disagreements(results: Results, others: Results) -> tuple[list[Change], list
 
 
 def is_unreleased() -> bool:
-    """Return whether CHANGELOG.md calls this version unreleased."""
-    return f"## {core_version()} (unreleased)" in (ROOT / "CHANGELOG.md").read_text("utf-8")
+    """Return whether CHANGELOG.md has no section of this version."""
+    return f"\n## {core_version()}" not in (ROOT / "CHANGELOG.md").read_text("utf-8")
 
 
 def _as_wide(field: Field, known: str) -> Field:

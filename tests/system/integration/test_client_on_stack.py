@@ -33,6 +33,7 @@ MAP = {
 SMALL_MAP = {"omega": [0.27, 0.275, 0.28], "clearance": [1.7, 1.9, 2.1]}
 
 
+@pytest.mark.thorough
 def test_every_process_answers(stack: LocalClient, tmp_path) -> None:
     curve = stack.grazing_curve(omega=[0.1, 0.28109, 0.3], progress=False)
     assert curve.clearance[:2] == pytest.approx([1.4415071166664197, 1.9203051890379243], abs=1e-13)

@@ -93,6 +93,7 @@ def test_a_document_of_another_shape_is_refused(change: tuple[str, str]) -> None
         Bench.model_validate_json(DOCUMENT.replace(*change))
 
 
+@pytest.mark.thorough
 def test_picture_is_the_same_every_time(bench: Bench, tmp_path: Path) -> None:
     for name in ("one.svg", "two.svg"):
         draw(bench, tmp_path / name)

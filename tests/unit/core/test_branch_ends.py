@@ -96,6 +96,7 @@ def test_impacts_that_come_together_graze_in_the_motion_without_all_but_one():
         assert abs(float(zero / end.omega - 1)) < 1e-12
 
 
+@pytest.mark.thorough
 def test_a_branch_ends_at_one_meeting_of_impacts_wherever_it_begins():
     system, branch = meeting_of_impacts()
     place = len(branch.values) - 6

@@ -67,6 +67,7 @@ def nearest(
     return here, min(here.special(piece.type), key=lambda special: abs(special.speed - piece.impact_velocity[place]))
 
 
+@pytest.mark.thorough
 def test_a_stretch_that_the_other_stop_spoils_is_not_admissible() -> None:
     """Where the orbit, alone with its stop, would reach beyond the other one: and there only."""
     other, place = 0.8, contact_equilibrium(dense())
@@ -87,6 +88,7 @@ def test_a_stretch_that_the_other_stop_spoils_is_not_admissible() -> None:
     assert alone
 
 
+@pytest.mark.thorough
 def test_lines_of_a_fixed_stop_are_its_curves_at_its_clearance() -> None:
     """At the frequencies of the lines the fixed stop's own curve has this clearance, and the varied one is clear of it
     above the line's admissible end, in the orbit itself."""

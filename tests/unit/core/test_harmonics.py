@@ -142,6 +142,7 @@ def test_every_corner_is_found_where_it_is_in_fifty_digits(seed: int) -> None:
             assert phases == {round(phase % (2.0 * np.pi), 9) for phase in corner.phases}
 
 
+@pytest.mark.thorough
 def test_corners_are_missed_where_bounds_are_too_small(monkeypatch: pytest.MonkeyPatch) -> None:
     def corners() -> int:
         return sum(len(equal_maxima(random_system(seed)[0], 1, 0.1, 2.5)) for seed in range(3))
@@ -151,6 +152,7 @@ def test_corners_are_missed_where_bounds_are_too_small(monkeypatch: pytest.Monke
     assert corners() < complete
 
 
+@pytest.mark.thorough
 def test_two_corners_that_merge_are_near_double_and_not_lost() -> None:
     def corners(phase: float) -> list[peak_search.Coincidence]:
         return equal_maxima(chain((1, 1.0, 0.0), (2, 0.7, phase)), -1, 0.22, 0.24)

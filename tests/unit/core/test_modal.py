@@ -186,6 +186,7 @@ def test_a_mode_lost_in_the_round_off_of_the_others_is_refused_with_this_reason(
         modal_model(oscillator)
 
 
+@pytest.mark.thorough
 def test_chains_of_any_numbers_have_a_model_or_are_refused():
     rng = np.random.default_rng(3)
     models = 0

@@ -55,6 +55,7 @@ def follow(oscillator, orbit, shift=0.0, **options):
     return trajectory(oscillator, orbit.omega, orbit.clearance, orbit.displacement, velocity, orbit.phase, **options)
 
 
+@pytest.mark.thorough
 def test_stable_orbits_are_the_motions_that_the_simulation_settles_to():
     orbits = stable_orbits(20)
     assert {oscillator.size for oscillator, _, _ in orbits} == {1, 2, 3, 4}

@@ -53,6 +53,7 @@ def test_every_double_graze_is_found(seed: int) -> None:
         assert np.abs(contact_response(oscillator, places)[:, 0]) == pytest.approx(gap, rel=1e-13)
 
 
+@pytest.mark.thorough
 def test_an_amplitude_that_only_touches_the_gap_is_a_double_graze() -> None:
     """Marked where round-off hides whether it reaches it; where it does not, both or none."""
     for low, high in ((0.05, 0.5), (0.5, 1.2)):

@@ -297,6 +297,7 @@ def rows(borders: MapBorders) -> list[tuple[int, int, int, int]]:
     return list(zip(borders.row, borders.column, borders.along, borders.explanation, strict=True))
 
 
+@pytest.mark.thorough
 def test_a_curve_of_a_plane_of_a_mass_passes_the_special_points_of_branches_at_other_masses() -> None:
     at = ParameterPoint.of(VARYING, 0.28, 1.87)
     window: dict[str, tuple[float, float]] = {"omega": (0.26, 0.30), "masses[1]": (0.9, 1.1)}

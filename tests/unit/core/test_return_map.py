@@ -129,6 +129,7 @@ def errors_of_second_return(point, overshoots):
     return np.array([comparison.error for comparison in comparisons])
 
 
+@pytest.mark.thorough
 def test_the_leading_order_errs_by_the_overshoot_or_by_its_root_where_the_first_return_hits_again():
     # the mapping errs by gamma u^2, so the first return by O(u^2); a return that hits does so with an overshoot of
     # O(u), at which the mapping errs by O(u) itself

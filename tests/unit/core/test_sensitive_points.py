@@ -93,7 +93,7 @@ def test_impacts_are_those_of_the_series_of_the_equations(oscillator, omega, cle
     assert (impacts > 10, rests) == (True, 0)
 
 
-QUICK = [(2, None), (3, None), (5, None), (9, None), (14, None), (14, 0.0), (14, 0.2), (21, 0.2), (45, None)]
+QUICK = [(2, None), (3, None), (5, None), (9, None), (14, None), (14, 0.0), (21, 0.2), (45, None)]
 LONG = [(seed, restitution) for seed in range(60) for restitution in (None, 0.0, 0.2, 1.0)]
 
 

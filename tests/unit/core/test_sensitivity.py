@@ -115,7 +115,7 @@ def test_hardly_any_point_of_the_papers_map_is_sensitive():
 @pytest.mark.parametrize(
     ("policy", "borders"),
     [
-        ("rest", 4),
+        pytest.param("rest", 4, marks=pytest.mark.thorough),
         pytest.param("rest", 8, marks=pytest.mark.thorough),
         pytest.param("ensemble", 8, marks=pytest.mark.thorough),
     ],

@@ -36,6 +36,7 @@ from tests.support.sdk_documents import (
     result_like,
     result_of,
 )
+from tests.support.thorough import every_fourth
 
 
 def motion(period: int, right: int, left: int, pixels: int = 1) -> MotionShare:
@@ -71,7 +72,7 @@ IN_UNITS = [name for name in DRAWN if not name.startswith("periodic-orbits")]
 @pytest.mark.parametrize("ending", ["png", "svg"])
 @pytest.mark.parametrize(
     "process",
-    # those that have units are drawn in them below
+    # those that have units are drawn on axes of the caller below
     [pytest.param(name, marks=pytest.mark.thorough if name in IN_UNITS else ()) for name in DRAWN],
 )
 def test_every_result_is_drawn(process, ending, tmp_path):
@@ -693,7 +694,7 @@ def test_frequencies_are_shown_in_hertz_and_lengths_in_millimetres():
     assert pickle.loads(pickle.dumps(ax.figure)).axes[0].get_xlabel().endswith("(Hz)")
 
 
-@pytest.mark.parametrize("process", IN_UNITS)
+@pytest.mark.parametrize("process", every_fourth(IN_UNITS))
 @pytest.mark.parametrize("labels", [True, pytest.param(False, marks=pytest.mark.thorough)])
 def test_no_picture_is_left_in_radians_per_second_or_metres(process, labels):
     drawn = in_si(process).plot(labels=labels, engineering_units=True)
