@@ -57,8 +57,8 @@ distances are for points near which the other branch has another one."""
 
 MERGED_ORBITS: Final = 1e-4
 """Relative difference of two halves, or parts, of an orbit at a special point, below which it is an orbit of the other
-branch: where the branch ends they are equal to round-off, or to its square root in a record that an older version
-made."""
+branch: where the branch ends they are equal to round-off, or to its square root in a point that another program
+computed."""
 
 SWITCH_STEPS: Final = (1e-2, 1e-3, 1e-4)
 """Distances from a special point, in a path's units, at which an orbit of another branch is looked for, one after the

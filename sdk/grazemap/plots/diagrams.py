@@ -67,7 +67,7 @@ def plot_bifurcation_diagram(
             ax.plot(parameter[chosen], values[chosen], color=INK, markersize=4.2, zorder=2.0, **style)
         ax.plot(parameter[chosen], values[chosen], color=colour, markersize=2.8, zorder=2.1, **style)
         legend_square(ax, colour, text)
-    sensitive = result.parameter[[bool(section.sensitive) for section in result.sections]]
+    sensitive = result.parameter[[section.sensitive for section in result.sections]]
     if sensitive.size:
         style = {"linestyle": "none", "marker": "|", "color": INK, "transform": ax.get_xaxis_transform()}
         ax.plot(sensitive, np.full(sensitive.size, 0.985), label=f"sensitive ({_values(sensitive.size)})", **style)

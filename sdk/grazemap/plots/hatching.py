@@ -19,7 +19,7 @@ _POINTS_PER_INCH = 72.0
 
 
 def hatch_sensitive(
-    ax: Axes, horizontal: NDArray[np.float64], vertical: NDArray[np.float64], sensitive: NDArray[np.bool_] | None
+    ax: Axes, horizontal: NDArray[np.float64], vertical: NDArray[np.float64], sensitive: NDArray[np.bool_]
 ) -> None:
     """Draw strokes on the sensitive points of a plane, and give their share in the legend.
 
@@ -30,10 +30,10 @@ def hatch_sensitive(
     ----------
     horizontal, vertical
         The coordinates of the points.
-    sensitive : (vertical, horizontal), or None
-        Nothing is drawn for None (results of an earlier version), or if no point is sensitive.
+    sensitive : (vertical, horizontal)
+        Nothing is drawn if no point is sensitive.
     """
-    if sensitive is None or not sensitive.any():
+    if not sensitive.any():
         return
     sides = np.array([ax.bbox.height, ax.bbox.width]) / ax.figure.dpi * _POINTS_PER_INCH
     height, width = np.ceil(sensitive.shape / np.maximum(sides / _SPACING, 1.0)).astype(int)

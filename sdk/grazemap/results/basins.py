@@ -13,7 +13,6 @@ from grazemap.results.common_records import (
     CHANCE,
     KINDS,
     PERIODIC_MOTIONS,
-    SINCE,
     ChanceToSettle,
     Common,
     Motion,
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
 
 
 _PLANE, _ALONG = "vertical horizontal", "attractor parameter"
-_MEASURED = "of evenly spaced values, since version 0.3.5"
+_MEASURED = "of evenly spaced values"
 _ATTRACTOR_MOTION = field("The name of the attractor, or its kind.", "attractor", type="str")
 
 
@@ -131,14 +130,13 @@ class Basins(
         dtype="int32",
     )
     lyapunov: FloatArray = field("Largest Lyapunov exponent per forcing period.", _PLANE, null=True)
-    verified: BoolArray | None = field(
+    verified: BoolArray = field(
         Common,
         _PLANE,
         description="The state leads to an orbit that is verified and captures the trajectory, which is not sensitive.",
-        when=SINCE,
     )
-    sensitive: BoolArray | None = field(Common, _PLANE)
-    transient_growth: FloatArray | None = field(Common, _PLANE)
+    sensitive: BoolArray = field(Common, _PLANE)
+    transient_growth: FloatArray = field(Common, _PLANE)
     reason: IntArray = field(
         "Why a state is unresolved, or leads to a periodic motion that is not verified.",
         _PLANE,
@@ -177,8 +175,10 @@ class Basins(
 
     def _summary(self) -> str:
         rows, columns = self.label.shape
-        summary = f"{rows} x {columns} states, {counted(self.attractors, 'attractor')}"
-        summary += "" if self.sensitive is None else f", {counted_points(self.sensitive, 'sensitive')}"
+        summary = (
+            f"{rows} x {columns} states, {counted(self.attractors, 'attractor')}, "
+            f"{counted_points(self.sensitive, 'sensitive')}"
+        )
         summary += "".join(f", {measure}" for measure in (self.basin_entropy, self.uncertainty) if measure is not None)
         return summary if self.chance_to_settle is None else f"{summary}, {self.chance_to_settle}"
 

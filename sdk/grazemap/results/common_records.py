@@ -8,7 +8,6 @@ KINDS = ("periodic", "quasi-periodic", "chaotic", "unresolved")
 STOPS = (1, -1)
 BIFURCATIONS = ("SN", "PD", "SB", "NS", "GR")
 PERIODIC_MOTIONS = "of periodic motions"
-SINCE = "since version 0.3.4"
 
 
 class Common(Record):
@@ -30,16 +29,14 @@ class Common(Record):
     )
     stable: bool = field("All multipliers are inside the unit circle.")
     verified: bool = field("The orbit is isolated, admissible and stable, and its period is the minimum.")
-    sensitive: bool | None = field(
+    sensitive: bool = field(
         "On its way to a periodic motion the trajectory missed a stop, or hit it, so narrowly that its estimated "
-        "round-off error may have decided it: the exact trajectory may lead elsewhere.",
-        when=SINCE,
+        "round-off error may have decided it: the exact trajectory may lead elsewhere."
     )
-    transient_growth: float | None = field(
+    transient_growth: float = field(
         "Largest logarithm by which a small change of the state has grown between any two times before the orbit "
         "captured the trajectory; counted until the error of the trajectory is as large as its motion.",
         null=True,
-        when=SINCE,
     )
 
 

@@ -32,8 +32,8 @@ class Section(Record):
         "its orbit is verified and captures the trajectory, which is not sensitive.",
         variable="motion",
     )
-    sensitive: bool | None = field(Common)
-    transient_growth: float | None = field(Common)
+    sensitive: bool = field(Common)
+    transient_growth: float = field(Common)
 
 
 class BifurcationDiagram(
@@ -95,8 +95,6 @@ class BifurcationDiagram(
         return ((variable.name, values) for variable, values in variables_of(self))
 
     def _summary(self) -> str:
-        summary = f"{counted(self.parameter, 'value')} of {self.vary}"
-        sensitive = [section.sensitive for section in self.sections]
-        if None not in sensitive:
-            summary += f", {sensitive.count(True)} sensitive"
+        sensitive = sum(section.sensitive for section in self.sections)
+        summary = f"{counted(self.parameter, 'value')} of {self.vary}, {sensitive} sensitive"
         return summary if self.chance_to_settle is None else f"{summary}, {self.chance_to_settle}"

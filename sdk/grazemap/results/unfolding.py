@@ -20,7 +20,7 @@ from grazemap.codec import Document
 from grazemap.colours import COLOURED, OTHER, colours_of_map
 from grazemap.described import described
 from grazemap.results.base import Result, counted, counted_points, outside, value_of
-from grazemap.results.common_records import CHANCE, SINCE, ChanceToSettle, Common, InferredWrong, MotionShare
+from grazemap.results.common_records import CHANCE, ChanceToSettle, Common, InferredWrong, MotionShare
 from grazemap.results.curves import BifurcationCurves, PlaneCurve
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve, StopGrazingCurves
 from grazemap.results.motions import motions_of
@@ -132,8 +132,8 @@ class FiguresAtComputedPoints(Record):
         description="The orbit is isolated, admissible and stable, with the minimum period; it captures the "
         "trajectory, which is not sensitive.",
     )
-    sensitive: BoolArray | None = field(Common, "computed_point")
-    transient_growth: FloatArray | None = field(Common, "computed_point")
+    sensitive: BoolArray = field(Common, "computed_point")
+    transient_growth: FloatArray = field(Common, "computed_point")
 
 
 LABEL = field("The name of the motion, or its kind.", _PLANE, type="str")
@@ -194,8 +194,8 @@ class UnfoldingMap(
     share: FloatArray | None = field(FiguresAtComputedPoints, _PLANE, when=_FULL_ENSEMBLES)
     motions_found: IntArray | None = field(FiguresAtComputedPoints, _PLANE, when=_FULL_ENSEMBLES)
     verified: BoolArray = field(FiguresAtComputedPoints, _PLANE, when=_FULL_MAPS)
-    sensitive: BoolArray | None = field(FiguresAtComputedPoints, _PLANE, when=f"{_FULL_MAPS}, {SINCE}")
-    transient_growth: FloatArray | None = field(FiguresAtComputedPoints, _PLANE, when=f"{_FULL_MAPS}, {SINCE}")
+    sensitive: BoolArray = field(FiguresAtComputedPoints, _PLANE, when=_FULL_MAPS)
+    transient_growth: FloatArray = field(FiguresAtComputedPoints, _PLANE, when=_FULL_MAPS)
     resolved: BoolArray | None = field(
         "Whether the point is sensitive and its motion was decided in more digits.",
         _PLANE,
@@ -216,7 +216,7 @@ class UnfoldingMap(
     )
     inferred_wrong: InferredWrong | None = field(
         "How many of the inferred points are wrong.",
-        when=f"of adaptive maps with inferred motions, {SINCE}",
+        when="of adaptive maps with inferred motions",
         variable=None,
     )
     chance_to_settle: ChanceToSettle | None = field(CHANCE, when="of maps with chaotic points")
@@ -437,8 +437,8 @@ class UnfoldingMap(
             f"{len(self.vertical)} x {len(self.horizontal)} points{computed}",
             counted(self.motions(), "motion"),
             f"{share:.1%} of the periodic points verified",
+            counted_points(self.sensitive, "sensitive"),
         ]
-        parts += [] if self.sensitive is None else [counted_points(self.sensitive, "sensitive")]
         parts += [] if self.resolved is None else [f"{np.count_nonzero(self.resolved)} resolved in more digits"]
         parts += ["a preview"] if self.preview else []
         parts += [str(record) for record in (self.inferred_wrong, self.chance_to_settle) if record is not None]

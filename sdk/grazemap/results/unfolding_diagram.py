@@ -245,9 +245,8 @@ class UnfoldingDiagram(Result, process="unfolding-diagrams", roles=UnfoldingMap.
             f"{umap.kind.shape[0]} x {umap.kind.shape[1]} points: "
             + ", ".join(f"{pixels} {kind}" for kind, pixels in sorted(shares.items(), key=lambda entry: -entry[1])),
             f"unresolved: {unresolved} of the {rest} points that are not chaotic ({unresolved / max(1, rest):.2%})",
+            counted_points(umap.sensitive, "sensitive"),
         ]
-        if umap.sensitive is not None:
-            lines.append(counted_points(umap.sensitive, "sensitive"))
         if umap.chance_to_settle is not None:
             lines.append(str(umap.chance_to_settle))
         if self.borders is None:
