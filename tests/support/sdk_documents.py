@@ -240,6 +240,8 @@ _map: dict[str, Any] = {
     "least_impact_velocity": [[0.1, 0.2, 0.3], [0.4, _NAN, _NAN]],
     "settled_after": [[50, -1, 70], [80, -1, 20]],
     "verified": [[True, False, True], [True, False, False]],
+    "sensitive": [[False, False, False], [False, False, False]],
+    "transient_growth": [[0.5, _NAN, 0.7], [0.8, _NAN, _NAN]],
     "reason": [[0, 1, 0], [0, 1, 2]],
     "reasons": ["", "not closed", "rests"],
 }
@@ -253,7 +255,7 @@ _over_axes = {
 }
 # the two points of the last clearance and first omegas are inferred
 _computed = np.array([[True, True, True], [False, False, True]])
-_figures = ("least_impact_velocity", "settled_after", "verified")
+_figures = ("least_impact_velocity", "settled_after", "verified", "sensitive", "transient_growth")
 INFERRED_WRONG = {"inferred": 3, "sampled": 2, "wrong": 1, "low": 0.0126, "high": 0.9874}
 _adaptive = {name: value for name, value in _over_ranges.items() if name not in _figures} | {
     "reason": [[0, 1, 0], [3, 3, 2]],
@@ -399,6 +401,7 @@ _sample(
     ],
     settled_after=[[9, 8, 7], [-1, -1, 6]],
     lyapunov=[[-0.7, -0.7, -0.7], [0.1, _NAN, -0.7]],
+    sensitive=[[False, False, False], [False, False, False]],
     reason=[[0, 0, 0], [0, 1, 0]],
     reasons=["", "not closed"],
     basin_entropy={"box": 5, "entropy": 0.2, "boundary_entropy": 0.8},
