@@ -41,7 +41,7 @@ def map_over(**body: Any) -> UnfoldingMap:
     shape, request = (3, 3), parse_request("unfolding-maps", body)
     across, up = (np.linspace(*axis.ends, 3) for axis in (request.plane.horizontal, request.plane.vertical))
     counts = dict.fromkeys(("period", "impacts_right", "impacts_left", "settled_after"), np.zeros(shape, np.int32))
-    flags = dict.fromkeys(("symmetric", "sticking", "verified"), np.zeros(shape, np.bool_))
+    flags = dict.fromkeys(("symmetric", "sticking", "verified", "sensitive"), np.zeros(shape, np.bool_))
     document = {
         **counts,
         **flags,
@@ -49,6 +49,7 @@ def map_over(**body: Any) -> UnfoldingMap:
         "kind": np.zeros(shape, np.int8),
         "kinds": np.array(["unresolved"]),
         "least_impact_velocity": np.full(shape, np.nan),
+        "transient_growth": np.full(shape, np.nan),
         "reason": np.zeros(shape, np.int8),
         "reasons": np.array([""]),
     }
