@@ -66,8 +66,8 @@ def test_the_first_window_comes_as_previews_then_verified_in_the_colours_of_pict
     distinct = {json.dumps(tile) for tile in tiles}
     assert len(distinct) == 12
     for tile in tiles:  # tiles of the dyadic lattice
-        for axis, size in (("omega", 2.0**-6), ("clearance", 2.0**-2)):
-            start, stop, points = (tile[axis][name] for name in ("start", "stop", "points"))
+        for along, size in zip(ranges(tile), (2.0**-6, 2.0**-2), strict=True):
+            start, stop, points = (along[name] for name in ("start", "stop", "points"))
             assert points == 128
             assert (start - size / 256) % size == 0
             assert stop - start == size * 127 / 128
@@ -147,16 +147,16 @@ def test_curves_and_points_explain_themselves(watched: Watched, url: str) -> Non
     expect(page.locator("#reading")).to_contain_text("Grazing curve")  # it stays
 
 
-def test_the_grazing_curve_is_there_again_after_the_number_of_periods_has_changed(small: Watched, url: str) -> None:
-    page = show(small, url, QUICK)
-    curve = answered(url, "grazing-curves", {"omega": {"start": 0.25, "stop": 0.28125, "points": 9}})
-    inside = [spot for spot in zip(curve["omega"], curve["clearance"], strict=True) if 2.0 < spot[1] < 2.25]
-    on_curve = place(page, *inside[0])
+def test_the_grazing_curve_is_there_again_after_the_number_of_periods_has_changed(watched: Watched, url: str) -> None:
+    page = show(watched, url, USUAL, wait=False)
+    curve = answered(url, "grazing-curves", {"omega": {"start": 0.25, "stop": 0.3125, "points": 33}})
+    on_curve = place(page, curve["omega"][12], curve["clearance"][12])
     page.mouse.move(*on_curve)
     expect(page.locator("#reading")).to_contain_text("Grazing curve", timeout=WAIT)
-    page.evaluate(f"""location.hash = '{QUICK}&machine={{"periods":500}}'""")
-    verified(page)
-    page.mouse.move(0, 0)
+    page.get_by_text("Machine", exact=True).click()
+    page.get_by_label("Forcing periods watched").select_option("1000")
+    page.get_by_role("button", name="Show this machine").click()
+    expect(page).to_have_url(re.compile("machine="))
     page.mouse.move(*on_curve)
     expect(page.locator("#reading")).to_contain_text("Grazing curve", timeout=WAIT)
 

@@ -27,6 +27,7 @@ export function listJobs() {
     again = setTimeout(look, LOOK_AGAIN);
   };
   section.addEventListener("toggle", look);
+  look(); // it may be open already
 }
 
 const isRunning = ({ status }) => status === "accepted" || status === "running";
