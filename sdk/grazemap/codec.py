@@ -93,6 +93,8 @@ def unpacked(data: bytes) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
     if text.nbytes > max(_MAX_META, _MAX_META_PER_BYTE * len(data)):
         raise CodecError("the meta is too long")
     meta: dict[str, Any] = json.loads(text.tobytes())
+    if "texts" not in meta:
+        raise CodecError("the file has no table of texts: another version of grazemap wrote it")
     for name, texts in meta.pop("texts").items():
         codes = arrays[name]
         if codes.size * max(map(len, texts), default=0) > max(_MAX_META, _MAX_TEXT_PER_BYTE * len(data)):

@@ -9,9 +9,11 @@ representation share one copy, and large JSON is made while it is sent, so that 
 
 from __future__ import annotations
 
+import asyncio
 import re
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from typing import Any
 from weakref import WeakValueDictionary, finalize
 
@@ -82,7 +84,7 @@ def _ranges(accept: str) -> list[tuple[str, float]]:
         media, *parameters = (part.strip().lower() for part in item.split(";"))
         parts = [part.partition("=") for part in parameters]
         weight = next((value.strip() for name, _, value in parts if name.strip() == "q"), "1")
-        if media and re.fullmatch(r"\d+(?:\.\d*)?", weight):
+        if media and re.fullmatch(r"\d+(?:\.\d*)?|\.\d+", weight):
             ranges.append((media, min(1.0, float(weight))))
     return ranges
 
@@ -247,15 +249,25 @@ class ResultResponse(StreamingResponse):
     ) -> None:
         length = {} if representation.length is None else {"Content-Length": str(representation.length)}
         super().__init__(representation.chunks(), headers={**headers, **length}, media_type=MEDIA_TYPES[form])
-        self._release = finalize(self, cache.release, representation)  # it is called once
-        self._release.atexit = False
+        self._representation, self._cache = representation, cache
+        self._dropped = finalize(self, _release_in, asyncio.get_running_loop(), cache, representation)
+        self._dropped.atexit = False
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Send the representation."""
         try:
             await super().__call__(scope, receive, send)
         finally:
-            self._release()
+            if self._dropped.detach():  # it was not sent before
+                self._cache.release(self._representation)
+
+
+def _release_in(
+    loop: asyncio.AbstractEventLoop, cache: RepresentationCache, representation: CachedRepresentation
+) -> None:
+    """Release a representation in the event loop; the garbage collector may run in any thread."""
+    with suppress(RuntimeError):  # the loop has ended
+        loop.call_soon_threadsafe(cache.release, representation)
 
 
 def _whole(npz: bytes, form: str) -> CachedRepresentation:

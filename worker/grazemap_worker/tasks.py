@@ -34,6 +34,7 @@ from grazemap_worker.processes import IMPLEMENTATIONS, Report
 from grazemap_worker.processes.conversion import request_pointer
 from grazemap_worker.queue import wake_ups
 from grazemap_worker.queue.compute_process import STORE_FULL_STATUS, Activity, ComputeProcess, SharedState, memory_text
+from grazemap_worker.queue.tile_worker import StopWorker
 from grazemap_worker.settings import LEASE_SECONDS
 from grazemap_worker.store import (
     ASSEMBLY,
@@ -188,6 +189,7 @@ class _Interruptions:
         claim: Claim | None = first
         while claim is not None:
             _compute_in_process(claim, self._context)
+            self._context.beat()
             is_over = self._context.stopping() or time.monotonic() - began > SHORT_SECONDS
             claim = None if is_over else self._claim(paused_job, 0.0)
         share = LANE_WEIGHTS["long"] / LANE_WEIGHTS["short"]
@@ -210,7 +212,12 @@ def _compute_in_process(claim: Claim, context: WorkerContext, interruptions: _In
         if time.monotonic() - renewed < _RENEW_SECONDS:
             return True
         renewed = time.monotonic()
-        context.beat()
+        try:
+            context.beat()
+        except StopWorker:
+            if job_id:
+                raise
+            # the process may finish storing
         try:
             return store.workers.renew(worker, LEASE_SECONDS, job_id)
         except RedisError:

@@ -15,9 +15,8 @@ from functools import cache
 from typing import Any
 
 from grazemap.cli import units
-from grazemap.wire import PROCESSES, Statement
+from grazemap.wire import PROCESSES
 from grazemap.wire.error_texts import Schema, branches, written_schema
-from grazemap.wire.process import in_short_form
 
 _UNPREFIXED_FIELD = "oscillator"
 _RANGE = ("start", "stop", "points")
@@ -126,11 +125,7 @@ def add_flags(parser: argparse.ArgumentParser, process: str) -> None:
 def example(process: str) -> list[str]:
     """Return the words of a command line for the first example of a process."""
     model = PROCESSES[process]
-    request: Mapping[str, Any] = next(iter(model.operation.examples.values()))
-    if model.short is not None:
-        request = in_short_form(request, model.short)
-    if "statement" in request:
-        request = {**request, "statement": in_short_form(request["statement"], Statement.short)}
+    request = model.short_form(next(iter(model.operation.examples.values())))
     values = ((flag, value_at(request, flag.place)) for flag in flags_of(process))
     return [process, *(word for flag, value in values if value is not None for word in flag.words(value))]
 

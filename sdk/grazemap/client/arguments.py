@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
+from pydantic_core import PydanticCustomError
 
 from grazemap.constants import PROBLEM_PREFIX
 from grazemap.errors import ParameterError
@@ -329,7 +330,10 @@ def _as_motions(argument: Argument, motions: Any) -> Any:
     """Return the motions of a window as the models take them. Raises ParameterError."""
     if not isinstance(motions, Sequence) or isinstance(motions, str | bytes):
         return motions
-    body, _ = BifurcationCurvesRequest.long_form(dict(argument.fields))
+    try:
+        body, _ = BifurcationCurvesRequest.long_form(dict(argument.fields))
+    except PydanticCustomError:  # the validation of the request says what is wrong
+        body = {}
     varied = {axis: _vary(body.get(axis)) for axis in AXES}
     window = {axis: vary for axis, vary in varied.items() if vary is not None}
     return [_as_motion(argument.below(str(k)), motion, window) for k, motion in enumerate(motions)]

@@ -17,7 +17,7 @@ from grazemap.constants import ENGINEERING_UNITS, UNITS
 from grazemap.described import described
 from grazemap.errors import ResultFormatError
 from grazemap.results.documents import from_json
-from grazemap.results.fields import TYPES, Field, RecordSchema, RequestDocument, ResultSchema
+from grazemap.results.fields import TYPES, VERSION, Field, RecordSchema, RequestDocument, ResultSchema
 from grazemap.results.record import ComplexArray, Record, named_field
 from grazemap.wire import Note
 
@@ -231,6 +231,9 @@ def _decode_json(data: bytes) -> Result:
 
 
 def _result_from(document: Document, meta: Mapping[str, Any]) -> Result:
+    layout = meta.get("schema") if isinstance(meta, Mapping) else None
+    if layout != VERSION:
+        raise ResultFormatError(f"the result has layout {layout}, and this version of grazemap reads layout {VERSION}")
     try:
         result = class_of(meta["process"], document).from_document(document, dict(meta))
         _ = result.units  # pictures and Datasets need the request

@@ -241,6 +241,12 @@ class PositiveInterval(Interval):
     stop: Positive
     """The maximum value."""
 
+    @classmethod
+    def long_form(cls, values: Any) -> tuple[Any, Places]:
+        """As `Request.long_form`, also of an interval or a range of any parameter."""
+        is_other = isinstance(values, Interval) and not isinstance(values, cls)
+        return (values.model_dump() if is_other else values), {}
+
 
 class PositiveRange(PositiveInterval, Range):
     """Equally spaced values of a positive parameter, both ends included."""

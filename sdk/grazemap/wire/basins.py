@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, model_validator
@@ -50,6 +51,14 @@ class BasinCoordinate(Request):
         decided_by = "mass" if values["quantity"] in _QUANTITIES else "quantity"
         mass = repr(plain(values.get("mass", 1)))  # as it is written: "1" is no number
         return others | {"vary": f"{values['quantity']}[{mass}]"}, {("vary",): (decided_by,)}
+
+    @classmethod
+    def short_form(cls, coordinate: Mapping[str, Any]) -> dict[str, Any]:
+        """Return a coordinate with its quantity and mass in place of `vary`."""
+        if "vary" not in coordinate:
+            return dict(coordinate)
+        quantity, _, mass = coordinate["vary"].removesuffix("]").partition("[")
+        return {"quantity": quantity, "mass": int(mass)} | {k: v for k, v in coordinate.items() if k != "vary"}
 
     @property
     def quantity(self) -> Literal["displacement", "velocity"]:
@@ -108,6 +117,11 @@ class BasinsRequest(ProcessRequest):
     def long_form(cls, values: Any) -> tuple[Any, Places]:
         """As `Request.long_form`."""
         return parts_in_long_form(values, dict.fromkeys(AXES, BasinCoordinate))
+
+    @classmethod
+    def short_form(cls, body: Mapping[str, Any]) -> dict[str, Any]:
+        """As `ProcessRequest.short_form`, of the coordinates."""
+        return {**body, **{axis: BasinCoordinate.short_form(body[axis]) for axis in AXES if axis in body}}
 
     @classmethod
     def write_short_forms(cls, schema: dict[str, Any]) -> None:

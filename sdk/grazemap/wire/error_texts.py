@@ -50,7 +50,11 @@ def explained(error: Mapping[str, Any], model: type[BaseModel]) -> InitErrorDeta
         where = place[:-1] if kind == "extra_forbidden" else place
         schemas = [schema_of(model)]
         if kind in _OF_OBJECTS:  # which may have the fields of short forms
-            schemas.insert(0, written_schema(model))
+            written = written_schema(model)
+            known_here = {name for branch in _at(written, where) for name in branch.get("properties", ())}
+            # a short form that is unknown stands beside what it is short for
+            if kind != "extra_forbidden" or place[-1] not in known_here:
+                schemas.insert(0, written)
         here, schema = next(((there, root) for root in schemas if (there := _at(root, where))), ([], schemas[0]))
         context.setdefault("allowed", _describe_all(here, schema))
         if kind == "extra_forbidden":

@@ -245,6 +245,8 @@ _PAPER = {
     "horizontal": {"vary": "omega", "values": {"start": 0.26, "stop": 0.3}},
     "vertical": {"vary": "clearance", "values": {"start": 1.3, "stop": 2.05}},
 }
+# The fields of a motion that say where it is, in both forms.
+_PLACES = (*AXES, "omega", "clearance")
 
 
 class BifurcationCurvesRequest(PlaneRequest):
@@ -335,7 +337,10 @@ class BifurcationCurvesRequest(PlaneRequest):
         pairs = zip(short_names, AXES, strict=True)
         names = {name: axis for name, axis in pairs if name and short_names.count(name) == 1}
         renamed = []
-        for k, motion in enumerate(motions):
+        for k, entry in enumerate(motions):
+            motion = entry
+            if isinstance(entry, dict):  # a value of the place may be null: not there
+                motion = {name: value for name, value in entry.items() if value is not None or name not in _PLACES}
             fields: list[str] = [*motion] if isinstance(motion, dict) else []
             here = {name: name if names.get(name) in fields else names.get(name, name) for name in fields}
             place: Place = ("motions", str(k))

@@ -66,6 +66,11 @@ class ProcessRequest(Request):
         return (values, {}) if cls.short is None else in_one_form(values, cls.short)
 
     @classmethod
+    def short_form(cls, body: Mapping[str, Any]) -> dict[str, Any]:
+        """Return a request in its long form as people write it, where it has a short form."""
+        return dict(body) if cls.short is None else in_short_form(body, cls.short)
+
+    @classmethod
     def write_short_forms(cls, schema: dict[str, Any]) -> None:
         """Add the fields that may be written to the JSON schema of this request."""
         if cls.short is not None:
@@ -98,8 +103,14 @@ NAMED = {
 
 
 def in_one_form(body: Any, forms: ShortForms) -> tuple[Any, Places]:
-    """Return a request in its one form, and where its parts were written."""
-    if not isinstance(body, dict) or not body.keys().isdisjoint(forms.axes):
+    """Return a request in its one form, and where its parts were written.
+
+    An axis or a short form that is null is not there.
+    """
+    if not isinstance(body, dict):
+        return body, {}
+    body = {name: value for name, value in body.items() if value is not None or name not in (*forms.axes, *NAMED)}
+    if not body.keys().isdisjoint(forms.axes):
         return body, {}
     varied = [name for field in forms.values for name in _varied(body, field)]
     if len(forms.axes) == 2:

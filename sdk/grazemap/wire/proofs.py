@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
@@ -10,7 +10,15 @@ from pydantic import Field, model_validator
 from grazemap.wire.base import LeftOut, Listable, Places, Positive, Request, invalid, parts_in_long_form
 from grazemap.wire.orbits import OrbitMotion, parameter_value
 from grazemap.wire.planes import WindowAxis, require_domain
-from grazemap.wire.process import NAMED, Operation, ProcessRequest, ShortForms, in_one_form, with_short_forms
+from grazemap.wire.process import (
+    NAMED,
+    Operation,
+    ProcessRequest,
+    ShortForms,
+    in_one_form,
+    in_short_form,
+    with_short_forms,
+)
 from grazemap.wire.states import InitialState
 from grazemap.wire.structure import Clearance, StopName, as_pair
 
@@ -93,9 +101,14 @@ class Statement(Request):
     @classmethod
     def long_form(cls, values: Any) -> tuple[Any, Places]:
         """As `Request.long_form`: vary and range may stand instead of an axis."""
-        if not isinstance(values, dict) or values.keys().isdisjoint(NAMED):
+        if not isinstance(values, dict):
             return values, {}
-        return in_one_form(values, _SHORT_ZERO if values.get("kind") == "codimension-two" else cls.short)
+        values = {name: value for name, value in values.items() if value is not None or name not in NAMED}
+        kind = str(values.get("kind"))
+        needed, _ = _FIELDS.get(kind, (("axis",), ()))
+        if "axis" not in needed or values.keys().isdisjoint(NAMED):
+            return values, {}
+        return in_one_form(values, _SHORT_ZERO if kind == "codimension-two" else cls.short)
 
     @model_validator(mode="after")
     def _fields_fit(self) -> Statement:
@@ -165,6 +178,11 @@ class ProofsRequest(ProcessRequest):
     def long_form(cls, values: Any) -> tuple[Any, Places]:
         """As `Request.long_form`."""
         return parts_in_long_form(values, {"statement": Statement})
+
+    @classmethod
+    def short_form(cls, body: Mapping[str, Any]) -> dict[str, Any]:
+        """As `ProcessRequest.short_form`, of the statement."""
+        return {**body, "statement": in_short_form(body["statement"], Statement.short)}
 
     @classmethod
     def write_short_forms(cls, schema: dict[str, Any]) -> None:

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Discriminator, Field, Tag
 
-from grazemap.wire.base import Kind, Listable, NonNegative, Positive, PositiveRange
+from grazemap.wire.base import Kind, Listable, NonNegative, Positive, PositiveRange, Range
 from grazemap.wire.process import Operation, ProcessRequest
 from grazemap.wire.structure import Clearance
 
@@ -14,7 +14,7 @@ _MOST_VALUES = 100_000
 Frequencies = Annotated[
     Annotated[PositiveRange, Tag("[range]")]
     | Annotated[list[Positive], Field(max_length=_MOST_VALUES, fail_fast=True), Listable, Tag("[list]")],
-    Discriminator(lambda value: "[range]" if isinstance(value, dict | PositiveRange) else "[list]"),
+    Discriminator(lambda value: "[range]" if isinstance(value, dict | Range) else "[list]"),
     Kind("frequencies"),
 ]
 

@@ -17,6 +17,7 @@ from typing import Annotated, Any, NamedTuple
 
 from anyio.to_thread import run_sync
 from fastapi import APIRouter, Body, Depends, Header, Request, Response
+from redis.exceptions import RedisError
 
 from grazemap.wire import FINISHED, PROCESSES, Forecast, Job, Note, ProcessRequest, Status, notes_on, unstated
 from grazemap_service.context import Context, CurrentContext
@@ -112,8 +113,10 @@ def _submit_endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any
             if preferred.representation and status == "successful":
                 job = job.model_copy(update={"status": status})
             else:
-                stored = await run_sync(stored_job, context, job.id, requester.name, limiter=context.threads)
-                # a record that has been removed meanwhile cannot be read, but its last status is known
+                stored = None
+                # the last status is known where the record has been removed meanwhile, or Redis is away
+                with suppress(RedisError):
+                    stored = await run_sync(stored_job, context, job.id, requester.name, limiter=context.threads)
                 job = stored or job.model_copy(update={"status": status})
         if preferred.representation and job.status == "successful":
             answer = await result_response(request, context, job, requester)

@@ -22,7 +22,8 @@ from grazemap_worker.processes import Process
 from grazemap_worker.processes.conversion import Report
 from grazemap_worker.queue import compute_process
 from grazemap_worker.queue.compute_process import Activity, ComputeProcess, ProcessEnd, SharedState
-from grazemap_worker.store import ASSEMBLY, Store, WorkerInfo, core_version
+from grazemap_worker.queue.tile_worker import StopWorker
+from grazemap_worker.store import ASSEMBLY, Finished, Store, WorkerInfo, core_version
 from tests.support import parsing, submitting
 from tests.support.planted import BUSY_SECONDS, INFO, NUMERICS, compute_for, planted
 from tests.support.steps import commit_tile, job_of, problem_of
@@ -387,6 +388,26 @@ def test_an_assembly_completes_the_steps_after_the_tiles(worker: pytest.MonkeyPa
     compute_all(store)
     units = {event.data["unit"] for event in store.jobs.events(job.id) if event.name == "progress"}
     assert units == {"tiles"}
+
+
+def test_a_process_that_stores_a_tile_finishes_though_its_worker_is_to_stop(
+    worker: pytest.MonkeyPatch, store: Store
+) -> None:
+    commit, to_stop = tasks._commit, iter([False])
+
+    def commit_slowly(finished: list[Finished], context: tasks.WorkerContext) -> list[int]:
+        time.sleep(1.2)
+        return commit(finished, context)
+
+    def beat() -> None:
+        if next(to_stop, True):
+            raise StopWorker
+
+    worker.setattr(tasks, "_commit", commit_slowly)
+    job = submit(store, ONE)
+    with pytest.raises(StopWorker):
+        tasks.compute_waiting_tiles(tasks.WorkerContext(store, INFO, NUMERICS, beat=beat))
+    assert job_of(store, job.id).status == "successful"
 
 
 def test_a_dismissed_job_is_not_computed_further(worker: pytest.MonkeyPatch, store: Store, tmp_path: Path) -> None:

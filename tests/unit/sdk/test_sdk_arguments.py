@@ -315,7 +315,8 @@ def test_windows_of_one_stop_and_the_orbits_in_them():
     errors = refused(asked, "bifurcation_curves", **window, motions=[(1, [1])])
     assert list(errors) == ["/motions/0/stops"]
     window["clearance"] = {"right": 1.0, "left": 1.2}
-    assert list(refused(asked, "bifurcation_curves", **window)) == ["/clearance"]
+    for motions in (None, [(1, [1])]):
+        assert list(refused(asked, "bifurcation_curves", **window, motions=motions)) == ["/clearance"]
     window["clearance"] = {"right": (1.0,)}
     assert list(refused(asked, "bifurcation_curves", **window)) == ["/clearance/right"]
     window["clearance"] = {"right": "a"}

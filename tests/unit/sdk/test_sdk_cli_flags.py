@@ -115,6 +115,32 @@ def test_flags_take_precedence_over_json(run, service, tmp_path):
     assert (request["axis"]["values"], request["max_order"]) == ({"start": 3.0, "stop": 4.0, "points": 2}, 3)
 
 
+@pytest.mark.parametrize(
+    ("process", "flags", "place", "value"),
+    [
+        ("bifurcation-diagrams", "--range 1:2:3", "axis/values", {"start": 1.0, "stop": 2.0, "points": 3}),
+        ("orbit-branches", "--range 1:2", "axis/values", {"start": 1.0, "stop": 2.0}),
+        ("unfolding-maps", "--omega 0.1:0.3:5", "horizontal/values", {"start": 0.1, "stop": 0.3, "points": 5}),
+        ("basins", "--vertical-mass 1", "vertical/vary", "velocity[1]"),
+        ("bifurcation-diagrams", "--max-period 5", "max_period", 5),
+    ],
+)
+def test_flags_take_precedence_over_the_axes_of_a_job(run, service, tmp_path, process, flags, place, value):
+    """The request of a job or of a result has the one form."""
+    asked = canonical(parse_request(process, REQUESTS[process]))
+    path = tmp_path / "request.json"
+    path.write_text(json.dumps(asked))
+    run(process, "--json", str(path), *flags.split())
+    (job,) = service.jobs.values()
+    *above, name = place.split("/")
+    inside = asked
+    for part in above:
+        inside = inside[part]
+    assert inside[name] != value
+    inside[name] = value
+    assert canonical(parse_request(process, job["request"])) == asked
+
+
 def test_a_list_of_one_number_ends_with_a_comma(run, service):
     chain = ["--masses", "2", "--stiffnesses", "3", "--forcing", "1"]
     run(*CURVE.split(), *chain, "--damping", "0.1")

@@ -20,8 +20,8 @@ import grazemap
 from grazemap import npz
 from grazemap.codec import CodecError, decode_npz, encode_npz
 from grazemap.errors import ResultFormatError
-from grazemap.results import decode_result
-from tests.support.sdk_documents import REQUESTS
+from grazemap.results import VERSION, decode_result, load
+from tests.support.sdk_documents import REQUESTS, result_of
 from tests.support.sdk_documents import npz as sample
 
 # Deflate makes its input at most 1032 times as long: a member and the array that is copied from it.
@@ -217,6 +217,14 @@ def test_a_directory_that_hides_members_is_refused():
         assert archive.namelist() == zipfile.ZipFile(io.BytesIO(content)).namelist()[:-1]
     with pytest.raises(ResultFormatError):
         decode_result(bytes(whole))
+
+
+@pytest.mark.parametrize("ending", ["json", "npz"])
+def test_a_result_of_another_layout_is_refused_as_such(tmp_path, ending):
+    result = result_of("grazing-curves")
+    result.meta["schema"] = VERSION - 1
+    with pytest.raises(ResultFormatError, match=f"layout {VERSION - 1}.* layout {VERSION}"):
+        load(result.save(tmp_path / f"result.{ending}"))
 
 
 def test_npz_whose_structure_is_wrong_is_refused():

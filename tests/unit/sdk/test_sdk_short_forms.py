@@ -10,9 +10,17 @@ import pytest
 from pydantic import ValidationError
 
 from benchmarks.random_requests import KINDS, drawn
-from grazemap.wire import PROCESSES, BasinCoordinate, Statement, canonical, canonical_id, parse_request
+from grazemap.wire import (
+    PROCESSES,
+    BasinCoordinate,
+    Interval,
+    Range,
+    StructuresRequest,
+    canonical,
+    canonical_id,
+    parse_request,
+)
 from grazemap.wire.planes import AXES
-from grazemap.wire.process import in_short_form
 
 SIZES = (1.0, 3.0)
 LONG = ("axis", *AXES)
@@ -25,11 +33,7 @@ def one_form(process: str, body: dict[str, Any]) -> dict[str, Any]:
 
 def short_form(process: str, body: dict[str, Any]) -> dict[str, Any]:
     """The body of a request in its short form, as people write it."""
-    model = PROCESSES[process]
-    short = body if model.short is None else in_short_form(body, model.short)
-    if "statement" in short:
-        short = {**short, "statement": in_short_form(short["statement"], Statement.short)}
-    return short
+    return PROCESSES[process].short_form(body)
 
 
 def is_same_question(process: str, body: dict[str, Any]) -> bool:
@@ -169,3 +173,62 @@ def test_the_documented_form_of_a_request_has_axes_alone() -> None:
         assert "vary" not in fields
         assert "range" not in fields
     assert set(BasinCoordinate.model_fields) == {"vary", "values"}
+
+
+OF_RESTITUTION = {
+    "horizontal": {"vary": "omega", "values": {"start": 0.2, "stop": 0.3}},
+    "vertical": {"vary": "restitution", "values": {"start": 0.5, "stop": 0.9}},
+    "clearance": 1.6,
+}
+PROVEN = {"kind": "orbit", "omega": 0.29, "clearance": 1.6, "motion": {"period": 1, "stops": [1, 1, -1, -1]}}
+
+
+@pytest.mark.parametrize(
+    ("process", "body", "nulls"),
+    [
+        ("unfolding-maps", {"omega": RANGE, "clearance": ROWS}, {"horizontal": None, "vertical": None}),
+        ("bifurcation-diagrams", {"omega": RANGE, "clearance": 1.6}, {"axis": None, "vary": None, "range": None}),
+        ("bifurcation-diagrams", {"axis": {"vary": "omega", "values": RANGE}, "clearance": 1.6}, {"range": None}),
+        ("proofs", {"statement": PROVEN}, {"statement": {**PROVEN, "vary": None, "range": None}}),
+        (
+            "bifurcation-curves",
+            {**OF_RESTITUTION, "motions": [{"period": 1, "stops": [1], "horizontal": 0.28, "vertical": 0.5}]},
+            {
+                "motions": [
+                    {"period": 1, "stops": [1], "omega": None, "clearance": None, "horizontal": 0.28, "vertical": 0.5}
+                ]
+            },
+        ),
+    ],
+)
+def test_what_is_null_is_not_there(process: str, body: dict[str, Any], nulls: dict[str, Any]) -> None:
+    """As programs write it that were generated from the API's document."""
+    asked = canonical(parse_request(process, body))
+    assert canonical(parse_request(process, {**body, **nulls})) == asked
+
+
+def test_a_short_form_beside_its_axis_is_unknown_and_no_name_is_suggested() -> None:
+    body = {"axis": {"vary": "omega", "values": RANGE}, "clearance": 1.6, "range": RANGE}
+    with pytest.raises(ValidationError) as caught:
+        parse_request("bifurcation-diagrams", body)
+    (error,) = caught.value.errors()
+    assert error["loc"] == ("range",)
+    assert error["ctx"]["hint"] == ""
+    assert "axis" in error["ctx"]["allowed"]
+
+
+def test_a_statement_without_an_axis_has_no_short_form_of_it() -> None:
+    with pytest.raises(ValidationError) as caught:
+        parse_request("proofs", {"statement": {**PROVEN, "vary": "omega"}})
+    (error,) = caught.value.errors()
+    assert error["loc"] == ("statement", "vary")
+
+
+def test_ranges_of_any_values_are_ranges_of_positive_values_too() -> None:
+    by_class = parse_request("grazing-curves", {"omega": Range(**RANGE)})
+    assert by_class == parse_request("grazing-curves", {"omega": RANGE})
+    points = parse_request("codimension-two-points", {"omega": Interval(start=0.2, stop=0.3)})
+    assert points == parse_request("codimension-two-points", {"omega": {"start": 0.2, "stop": 0.3}})
+    assert StructuresRequest(omega=Range(**RANGE)) == parse_request("structures", {"omega": RANGE})
+    with pytest.raises(ValidationError):
+        parse_request("grazing-curves", {"omega": Range(**{**RANGE, "start": -1.0})})

@@ -38,6 +38,10 @@ _SHOWN_AFTER_SECONDS = 0.2
 _SHOWN_SECONDS = 15
 
 
+class StopWorker(StopRequested):
+    """The worker is to stop: it was asked to while it computes."""
+
+
 class TileWorker(Worker):
     """A worker on the queue of its fingerprint.
 
@@ -171,10 +175,10 @@ class TileWorker(Worker):
     def stay_shown(self) -> None:
         """Show this worker and its entry in RQ's tools while it computes; nothing in the first moment.
 
-        Raises StopRequested if the worker is to stop.
+        Raises StopWorker if the worker is to stop.
         """
         if self._stop_requested:
-            raise StopRequested
+            raise StopWorker
         job, execution = self._entry, self._execution
         wait = _SHOWN_AFTER_SECONDS if execution is None else _SHOWN_SECONDS
         if job is None or monotonic() - self._last_shown < wait:

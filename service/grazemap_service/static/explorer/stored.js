@@ -7,11 +7,11 @@ const isRange = (value) => Number.isFinite(value?.start);
 
 // The stops of a machine, from the clearance that varies and those of the stops that do not.
 function stopsOf({ vertical, clearance }) {
-  if (vertical.vary === "clearance") return { stops: "equal", left: null };
+  if (vertical?.vary === "clearance") return { stops: "equal", left: null };
   const { right, left } = clearance ?? {};
-  if (vertical.vary === "clearance_left" && right === null) return { stops: "left", left: null };
-  if (vertical.vary === "clearance_right" && left === null) return { stops: "right", left: null };
-  if (vertical.vary === "clearance_right" && Number.isFinite(left)) return { stops: "unequal", left };
+  if (vertical?.vary === "clearance_left" && right === null) return { stops: "left", left: null };
+  if (vertical?.vary === "clearance_right" && left === null) return { stops: "right", left: null };
+  if (vertical?.vary === "clearance_right" && Number.isFinite(left)) return { stops: "unequal", left };
   return null;
 }
 
@@ -28,7 +28,7 @@ export async function storedMap(id) {
   const { process, request = {} } = job;
   const stops = process === "unfolding-maps" && request.policy === "rest" ? stopsOf(request) : null;
   const [across, up] = [request.horizontal?.values, request.vertical?.values];
-  if (!stops || request.horizontal.vary !== "omega" || !isRange(across) || !isRange(up))
+  if (!stops || request.horizontal.vary !== "omega" || !isRange(across) || !isRange(up) || up.start <= 0)
     throw new Error("The page shows maps from rest, over ranges of forcing frequency and clearance.");
   const isSquare = across.points === up.points && !request.adaptive;
   return {
