@@ -140,6 +140,11 @@ def invalid(message: str, allowed: str, *at: str, value: str = "") -> PydanticCu
     return PydanticCustomError("not_allowed", "{detail}{value} (allowed: {allowed})", context)
 
 
+def without_nulls(body: Mapping[str, Any], names: Collection[str]) -> dict[str, Any]:
+    """Return a body without those of some fields that are null."""
+    return {name: value for name, value in body.items() if value is not None or name not in names}
+
+
 def parts_in_long_form(body: Any, parts: Mapping[str, type[Request]]) -> tuple[Any, Places]:
     """Return a body whose parts may be written in short forms, as `Request.long_form` returns them."""
     if not isinstance(body, dict):

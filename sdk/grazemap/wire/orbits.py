@@ -10,7 +10,18 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from grazemap.constants import UNITS
-from grazemap.wire.base import Float, LeftOut, Listable, Place, Places, Positive, Request, invalid, plain
+from grazemap.wire.base import (
+    Float,
+    LeftOut,
+    Listable,
+    Place,
+    Places,
+    Positive,
+    Request,
+    invalid,
+    plain,
+    without_nulls,
+)
 from grazemap.wire.job import impacts_on, motion_label
 from grazemap.wire.observables import ObservedRequest
 from grazemap.wire.oscillator import Oscillator
@@ -338,9 +349,8 @@ class BifurcationCurvesRequest(PlaneRequest):
         names = {name: axis for name, axis in pairs if name and short_names.count(name) == 1}
         renamed = []
         for k, entry in enumerate(motions):
-            motion = entry
-            if isinstance(entry, dict):  # a value of the place may be null: not there
-                motion = {name: value for name, value in entry.items() if value is not None or name not in _PLACES}
+            # a value of the place may be null: not there
+            motion = without_nulls(entry, _PLACES) if isinstance(entry, dict) else entry
             fields: list[str] = [*motion] if isinstance(motion, dict) else []
             here = {name: name if names.get(name) in fields else names.get(name, name) for name in fields}
             place: Place = ("motions", str(k))

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from grazemap.described import described
-from grazemap.wire.base import Place, Places, Request, invalid, is_range_or_list
+from grazemap.wire.base import Place, Places, Request, invalid, is_range_or_list, without_nulls
 from grazemap.wire.error_texts import Schema, branches
 from grazemap.wire.oscillator import Oscillator
 from grazemap.wire.structure import SIDES, ClearancePair, is_of_sides
@@ -109,7 +109,7 @@ def in_one_form(body: Any, forms: ShortForms) -> tuple[Any, Places]:
     """
     if not isinstance(body, dict):
         return body, {}
-    body = {name: value for name, value in body.items() if value is not None or name not in (*forms.axes, *NAMED)}
+    body = without_nulls(body, (*forms.axes, *NAMED))
     if not body.keys().isdisjoint(forms.axes):
         return body, {}
     varied = [name for field in forms.values for name in _varied(body, field)]

@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from grazemap.wire.base import LeftOut, Listable, Places, Positive, Request, invalid, parts_in_long_form
+from grazemap.wire.base import LeftOut, Listable, Places, Positive, Request, invalid, parts_in_long_form, without_nulls
 from grazemap.wire.orbits import OrbitMotion, parameter_value
 from grazemap.wire.planes import WindowAxis, require_domain
 from grazemap.wire.process import (
@@ -103,7 +103,7 @@ class Statement(Request):
         """As `Request.long_form`: vary and range may stand instead of an axis."""
         if not isinstance(values, dict):
             return values, {}
-        values = {name: value for name, value in values.items() if value is not None or name not in NAMED}
+        values = without_nulls(values, NAMED)
         kind = str(values.get("kind"))
         needed, _ = _FIELDS.get(kind, (("axis",), ()))
         if "axis" not in needed or values.keys().isdisjoint(NAMED):
