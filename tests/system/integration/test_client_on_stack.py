@@ -221,6 +221,7 @@ def test_the_stack_and_its_folders_end_with_a_killed_parent(tmp_path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.thorough
 def test_results_of_a_batch_of_every_process_have_the_bytes_of_each_alone(stack: LocalClient) -> None:
     """Those whose digests are recorded (`tests.support.digests`) and take little time."""
     tiers = ("quick", "maps")

@@ -89,7 +89,7 @@ REQUESTS = st.fixed_dictionaries(
 )
 
 
-@pytest.mark.parametrize("examples", [60, pytest.param(400, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("examples", [30, pytest.param(400, marks=pytest.mark.thorough)])
 @pytest.mark.parametrize("process", PROCESSES)
 def test_any_json_gets_an_answer_and_a_job_only_if_the_models_accept_it(
     client: TestClient, store: Store, process: str, examples: int

@@ -146,7 +146,7 @@ def test_the_periods_of_an_orbit_are_those_that_are_simulated() -> None:
     assert IMPLEMENTATIONS["periodic-orbits"].counts(known, limits) == []
 
 
-LONG = ("dense resonances", "orbit between close stops", "long branch")
+LONG = ("dense resonances", "orbit between close stops", "long branch", "basin fractions", "bifurcation diagram")
 
 
 @pytest.mark.parametrize(

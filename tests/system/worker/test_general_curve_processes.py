@@ -11,7 +11,7 @@ from grazemap.results import BifurcationCurves, UnfoldingDiagram
 from grazemap.wire.processes import canonical, parse_request
 from grazemap_worker.processes import IMPLEMENTATIONS
 from tests.support.computed import refused_at, result_of, tiled, whole
-from tests.support.thorough import every_fourth
+from tests.support.thorough import the_first
 
 COCO = {
     "matrices": {"mass": [[1.0]], "damping": [[0.1]], "stiffness": [[1.0]]},
@@ -92,11 +92,14 @@ def test_curves_in_closed_form_have_every_field(clearance: dict[str, Any], famil
 
 @pytest.mark.parametrize(
     ("clearance", "stops"),
-    [
-        ({"right": CLEARANCE}, [1]),
-        ({"right": 2.4, "left": CLEARANCE}, [-1]),
-        ({"right": CLEARANCE, "left": 1.4}, [1, -1]),
-    ],
+    the_first(
+        1,
+        [
+            ({"right": CLEARANCE, "left": 1.4}, [1, -1]),
+            ({"right": CLEARANCE}, [1]),
+            ({"right": 2.4, "left": CLEARANCE}, [-1]),
+        ],
+    ),
 )
 def test_points_of_continued_curves_are_requests_of_special_orbits(clearance: dict[str, Any], stops: list[int]) -> None:
     body = {**WINDOW, "clearance": clearance, "motions": [{"period": 1, "stops": stops}]}
@@ -136,14 +139,15 @@ def test_an_orbit_that_is_given_in_a_window_of_one_stop_is_followed() -> None:
 
 @pytest.mark.parametrize(
     ("clearance", "oscillator"),
-    every_fourth(
+    the_first(
+        1,
         [
             ({"right": ROWS}, {}),
             ({"right": 1.93, "left": ROWS}, {}),
             (ROWS, {"restitution": {"right": 0.8, "left": 0.7}}),
             (ROWS, {"bias": [0.02, 0.0, 0.0]}),
             (PRELOADED, {"bias": [-1.0, 0.0, 0.0]}),
-        ]
+        ],
     ),
 )
 def test_diagrams_have_every_field_and_no_border_is_unexplained(clearance: Any, oscillator: dict[str, Any]) -> None:

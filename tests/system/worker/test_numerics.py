@@ -41,6 +41,7 @@ def test_the_processor_and_its_features_are_those_of_this_machine(here: dict[str
     assert set(here["cpu_features"].split(", ")) == there
 
 
+@pytest.mark.thorough
 def test_another_process_says_the_same() -> None:
     assert numerics().as_meta() == meta_of({**os.environ})
 

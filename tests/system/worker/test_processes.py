@@ -116,6 +116,7 @@ def test_a_grazing_curve_has_the_sequence_where_it_is_requested() -> None:
     np.testing.assert_array_equal(plain["clearance"], document["clearance"])
 
 
+@pytest.mark.thorough
 def test_a_statement_is_proven_with_the_decimals_of_the_request() -> None:
     statement = {"kind": "attraction", "omega": 0.29, "clearance": 1.6, "label": "1-2r-2l"}
     document = whole("proofs", {"statement": statement})

@@ -71,6 +71,7 @@ def test_random_systems_agree_with_a_direct_solve(count):
     assert largest_error_of_random_systems(count) < 1e-15
 
 
+@pytest.mark.thorough
 def test_plain_double_precision_fails_the_same_comparison(monkeypatch):
     # the comparison above is worth something only because it sees what refinement adds
     def plain(links, omega, forces, row):

@@ -63,6 +63,7 @@ def test_the_branch_ends_at_its_saddle_node_and_at_its_graze():
     assert one_impact_branch(DEFAULT, OMEGA).amplitude == pytest.approx(1.854989818, abs=5e-10)
 
 
+@pytest.mark.thorough
 def test_the_simulated_motion_is_lost_at_the_saddle_node(start):
     point = next(p for p in one_impact_branch(DEFAULT, OMEGA).special_points if p.type == "SN")
     last = followed(1.86, 1e-3, start)

@@ -82,6 +82,7 @@ def test_stable_orbits_are_the_motions_that_the_simulation_settles_to():
         assert (motion.kind, motion.symmetric) == ("periodic", orbit.symmetric)
 
 
+@pytest.mark.thorough
 def test_a_coefficient_wrong_in_its_eleventh_digit_is_detected():
     _, branch, orbit = stable_orbits(20)[0]
     c, d = branch.position_coefficient, branch.velocity_coefficient

@@ -40,7 +40,7 @@ def double_grazes(oscillator: Oscillator, gap: float, start: float, stop: float)
     return vanishing_margins(oscillator, VariedStop(1, gap - contact_equilibrium(oscillator)), start, stop)
 
 
-@pytest.mark.parametrize("seed", the_first(2, range(100)))
+@pytest.mark.parametrize("seed", the_first(1, range(100)))
 def test_every_double_graze_is_found(seed: int) -> None:
     oscillator, omega = random_oscillator(seed), np.linspace(0.05, 4.0, 40_000)
     amplitude = np.abs(contact_response(oscillator, omega)[:, 0])

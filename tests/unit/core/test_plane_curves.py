@@ -130,6 +130,7 @@ def test_curves_over_frequency_and_restitution_are_the_closed_form_s_at_every_re
     assert compared == types
 
 
+@pytest.mark.thorough
 def test_curves_from_an_orbit_with_other_factors_are_those_from_the_oscillator() -> None:
     """In the plane of the forces and the damping, from an orbit at neither factor 1."""
     at = ParameterPoint.of(VARYING, 0.27, 1.82).varied("forcing", 0.99).varied("damping", 1.01)
@@ -281,6 +282,7 @@ def test_borders_of_maps_over_any_two_parameters_are_explained(name: str) -> Non
             np.testing.assert_array_equal(curve.horizontal, [point.value(across.name) for point in curve.orbits.points])
 
 
+@pytest.mark.thorough
 def test_borders_over_the_forces_are_those_over_the_clearance() -> None:
     """The same motions, explanations and distances where the rows are those of the clearance over the forces."""
     omega, forces = np.linspace(0.276, 0.284, 10), np.linspace(0.98, 1.03, 10)

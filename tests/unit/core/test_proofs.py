@@ -114,14 +114,12 @@ def test_a_stable_orbit_does_not_disprove_that_another_one_is_unstable(orbit):
         assert not check(unstable | {"verdict": outcome}).accepted
 
 
+@pytest.mark.thorough
 def test_where_a_trajectory_goes_is_proven_and_another_label_disproven(attraction):
     certificate = attraction.certificate
     assert certificate["verdict"] == "proven", attraction.reason
     assert check(with_part(certificate, "statement", {"label": "1-2r-2l"})).accepted
-    other = with_part(certificate, "statement", {"label": "1-1r-1l"})
-    assert not check(other).accepted
-    assert check(other | {"verdict": "disproven"}).accepted
-    assert not check(certificate | {"verdict": "disproven"}).accepted
+    is_disproven_with_another_label(certificate)
 
 
 @pytest.mark.parametrize(("statement", "value"), [(BREAKING, "1.367766070496"), (GRAZE, "1.412592943269")])
@@ -169,6 +167,17 @@ def test_where_a_trajectory_of_a_general_system_goes_is_proven(general):
     speeds = [float(v) for v in exact.speeds[-3:]]
     assert sorted(exact.stops[-3:]) == sorted(shown["stops"]) == [-1, 1, 1]
     np.testing.assert_allclose(sorted(middle(v) for v in shown["velocities"]), sorted(speeds), rtol=1e-9)
+
+
+def test_another_label_of_a_general_system_is_disproven(general):
+    is_disproven_with_another_label(general.certificate)
+
+
+def is_disproven_with_another_label(certificate):
+    other = with_part(certificate, "statement", {"label": "1-1r-1l"})
+    assert not check(other).accepted
+    assert check(other | {"verdict": "disproven"}).accepted
+    assert not check(certificate | {"verdict": "disproven"}).accepted
 
 
 def middle(ball):
@@ -291,9 +300,11 @@ def test_false_certificates_of_an_orbit_are_refused(orbit, part, change, reason)
     assert reason in check(with_part(orbit.certificate, part, change)).reason
 
 
-@pytest.mark.parametrize("place", the_first(1, [0, 7, -1]))
-def test_a_transient_without_one_of_its_impacts_is_refused(attraction, place):
-    false = deepcopy(attraction.certificate)
+@pytest.mark.parametrize(
+    ("motion", "place"), the_first(1, [("general", -1), ("attraction", 0), ("attraction", 7), ("attraction", -1)])
+)
+def test_a_transient_without_one_of_its_impacts_is_refused(request, motion, place):
+    false = deepcopy(request.getfixturevalue(motion).certificate)
     for name in ("stops", "times"):
         false["theorem"]["transient"][name].pop(place)
     answer = check(false)

@@ -80,6 +80,7 @@ def default_points():
     return resonant(DEFAULT, 0.2, 1.2, 4)
 
 
+@pytest.mark.thorough
 def test_the_curves_of_every_point_leave_as_exact_orbits_do(default_points):
     assert len(default_points) > 150
     assert {(p.bifurcation, p.symmetric) for p in default_points} == {

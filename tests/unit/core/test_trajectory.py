@@ -48,7 +48,7 @@ def test_reference_trajectory_has_every_impact_of_the_40_digit_simulation() -> N
     assert motion.symmetric
 
 
-@pytest.mark.parametrize("seed", the_first(6, range(50)))
+@pytest.mark.parametrize("seed", the_first(2, range(50)))
 def test_random_chains_have_the_impacts_of_the_40_digit_simulation_to_a_few_roundings_of_the_inputs(seed: int) -> None:
     accuracy = compare(*random_point(seed))
     assert accuracy.complete

