@@ -119,10 +119,6 @@ def test_one_warning_gives_the_reason_and_the_cost(change: str, reason: str, tmp
     assert "without parts" in warned
 
 
-def test_references_are_counted(tmp_path: Path) -> None:
-    run(WARNED.format(change=REMOVED) + COUNTED, tmp_path)
-
-
 @KERNELS_FIRST
 def test_a_curve_has_the_same_bytes_and_references_are_counted(tmp_path: Path) -> None:
     path = tmp_path / "curve.npz"
