@@ -10,12 +10,11 @@ from copy import deepcopy
 from typing import Any
 
 from grazemap.cli import units
-from grazemap.cli.flags import Flag, flags_of, value_at
+from grazemap.cli.flags import Flag, flags_of, flags_of_short_forms, value_at
 from grazemap.client.arguments import parameter_error, validated
 from grazemap.errors import ParameterError, RequestWarning
 from grazemap.wire import PROCESSES, ProblemError, ProcessRequest
 from grazemap.wire.error_texts import written_schema
-from grazemap.wire.process import NAMED
 
 _MAX_VALUE_LENGTH = 60
 # By the code of a note: the parameter that it concerns, and the unit that was probably meant.
@@ -44,7 +43,8 @@ class CommandRequest:
         errors: Sequence[ProblemError] = (),
     ) -> None:
         self._flags = flags_of(process)
-        if any(_is_of_short_form(process, flag.place) for flag in self._flags if flag.place in texts):
+        # a flag of a short form replaces an axis that --json may have
+        if any(flag.place in texts for flag in flags_of_short_forms(process)):
             with suppress(LookupError, TypeError, ValueError, AttributeError):  # the validation says what is wrong
                 fields = PROCESSES[process].short_form(fields)
         self._process, self._fields, self._texts = process, fields, texts
@@ -174,13 +174,6 @@ class CommandRequest:
     def _flag_text(self, flag: Flag) -> str:
         text = self._texts.get(flag.place)
         return f"{flag.name} {text}" if isinstance(text, str) else flag.name
-
-
-def _is_of_short_form(process: str, place: tuple[str, ...]) -> bool:
-    """Return whether a flag is a part of a short form, which replaces an axis that --json may have."""
-    short = PROCESSES[process].short
-    names = NAMED if short is None else short.fields
-    return place[0] in names or place[-1] in ("quantity", "mass") or (len(place) == 2 and place[1] in names)
 
 
 def _shown(value: Any) -> str:
