@@ -20,7 +20,6 @@ from grazemap.results import (
     Result,
     StopGrazingCurves,
     UnfoldingMap,
-    load,
 )
 from grazemap.results.diagrams import QUANTITIES
 from grazemap.results.observables import variables_of
@@ -78,8 +77,7 @@ def _plot(options: argparse.Namespace) -> int:
     output = options.output or options.result.with_suffix(".png")
     if output.suffix not in files.PICTURES:
         raise InvalidCommand(f"the picture must end in one of {', '.join(files.PICTURES)}")
-    with files.naming_errors("the result", options.result):
-        result = load(options.result)
+    result = files.read(options.result)
     files.check_drawn(result.process)
     if options.engineering_units and result.units != "SI":
         raise InvalidCommand("--engineering-units is for results in SI, and this one is nondimensional")
@@ -97,9 +95,8 @@ def _quantity(result: Result, name: str | None) -> dict[str, Any]:
     observed = [variable.name for variable, _ in variables_of(result)] if isinstance(result, _QUANTITY_RESULTS) else []
     own = QUANTITIES if isinstance(result, BifurcationDiagram) else ()
     if name not in (*own, *observed):
-        raise InvalidCommand(
-            f"--quantity names what this result does not have (allowed: {', '.join(observed) or 'none'})"
-        )
+        allowed = ", ".join(observed) or "none"
+        raise InvalidCommand(f"--quantity names what this result does not have (allowed: {allowed})")
     return {"quantity": name}
 
 
@@ -109,8 +106,7 @@ def _overlays(result: Result, paths: Sequence[Path]) -> dict[str, Any]:
         raise InvalidCommand(f"--over draws over an unfolding map, and {result.process} is none")
     drawn: dict[str, Any] = {}
     for path in paths:
-        with files.naming_errors("the result", path):
-            overlay = load(path)
+        overlay = files.read(path)
         if isinstance(overlay, BifurcationCurves):
             drawn["curves"] = [*drawn.get("curves", ()), overlay]
         elif isinstance(overlay, GrazingCurve | StopGrazingCurves):
@@ -124,9 +120,7 @@ def _overlays(result: Result, paths: Sequence[Path]) -> dict[str, Any]:
 
 
 def _show(options: argparse.Namespace) -> int:
-    with files.naming_errors("the result", options.result):
-        result = load(options.result)
-    describe(result)
+    describe(files.read(options.result))
     return DONE
 
 
