@@ -78,7 +78,7 @@ class Follower:
                 async with aclosing(self._poll(job)) as events:
                     async for event in events:
                         yield event
-                return
+                break
             seen_before = self._seen
             async with aclosing(self._stream_events()) as events:
                 async for event in events:
@@ -92,8 +92,8 @@ class Follower:
             again = not self._done and 0 < broken < constants.STREAM_ATTEMPTS
             if again and not self._near_deadline():
                 await self._connection.sleep(pause(broken - 1))
-        if not self._done:
-            for event in last_events(job):
+        if self.job is not None and not self._done:
+            for event in last_events(self.job):
                 yield event
 
     async def _fetch_job(self) -> Job:
@@ -149,8 +149,6 @@ class Follower:
             await self._connection.sleep(seconds)
             seconds = min(constants.MAX_POLL_INTERVAL, seconds * constants.POLL_GROWTH)
             job = await self._fetch_job()
-        for event in last_events(job):
-            yield event
 
     def _waiting_events(self, job: Job) -> list[Event]:
         """Return a waiting event if what an unfinished job waits for has changed since the last event."""
