@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Sequence
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,6 @@ from grazemap.results import (
     BifurcationDiagram,
     CodimensionTwoPoints,
     GrazingCurve,
-    OrbitBranch,
     Result,
     StopGrazingCurves,
     UnfoldingMap,
@@ -28,7 +28,13 @@ from grazemap.wire import PROCESSES
 
 # Rows of each table that are printed, and the width of its lines.
 _ROWS, _WIDTH = 8, 160
-_QUANTITY_RESULTS = (UnfoldingMap, BifurcationDiagram, OrbitBranch)
+# What can be drawn over a map, and the keyword of its `plot`.
+_OVERLAYS: dict[type[Result], str] = {
+    GrazingCurve: "curve",
+    StopGrazingCurves: "curve",
+    CodimensionTwoPoints: "points",
+    BifurcationCurves: "curves",
+}
 
 
 def add_commands(commands: Any) -> None:
@@ -88,11 +94,12 @@ def _plot(options: argparse.Namespace) -> int:
     return DONE
 
 
-def _quantity(result: Result, name: str | None) -> dict[str, Any]:
+def _quantity(result: Any, name: str | None) -> dict[str, Any]:
     """Return the quantity to draw, as a keyword of `plot`."""
     if name is None:
         return {}
-    observed = [variable.name for variable, _ in variables_of(result)] if isinstance(result, _QUANTITY_RESULTS) else []
+    has_quantities = "quantity" in signature(result.plot).parameters
+    observed = [variable.name for variable, _ in variables_of(result)] if has_quantities else []
     own = QUANTITIES if isinstance(result, BifurcationDiagram) else ()
     if name not in (*own, *observed):
         allowed = ", ".join(observed) or "none"
@@ -107,15 +114,11 @@ def _overlays(result: Result, paths: Sequence[Path]) -> dict[str, Any]:
     drawn: dict[str, Any] = {}
     for path in paths:
         overlay = files.read(path)
-        if isinstance(overlay, BifurcationCurves):
-            drawn["curves"] = [*drawn.get("curves", ()), overlay]
-        elif isinstance(overlay, GrazingCurve | StopGrazingCurves):
-            drawn["curve"] = overlay
-        elif isinstance(overlay, CodimensionTwoPoints):
-            drawn["points"] = overlay
-        else:
-            allowed = "grazing-curves, codimension-two-points, bifurcation-curves"
+        keyword = _OVERLAYS.get(type(overlay))
+        if keyword is None:
+            allowed = ", ".join(dict.fromkeys(kind.process for kind in _OVERLAYS))
             raise InvalidCommand(f"--over {path} has {overlay.process} (allowed: {allowed})")
+        drawn[keyword] = [*drawn.get(keyword, ()), overlay] if keyword == "curves" else overlay
     return drawn
 
 

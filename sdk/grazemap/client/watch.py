@@ -74,15 +74,13 @@ class Follower:
         job = self.job or await self._fetch_job()
         broken = 0
         while job.status not in FINISHED or (self._replay and not self._done):
-            if broken >= constants.STREAM_ATTEMPTS or self._near_deadline():
-                async with aclosing(self._poll(job)) as events:
-                    async for event in events:
-                        yield event
-                break
+            polls = broken >= constants.STREAM_ATTEMPTS or self._near_deadline()
             seen_before = self._seen
-            async with aclosing(self._stream_events()) as events:
+            async with aclosing(self._poll(job) if polls else self._stream_events()) as events:
                 async for event in events:
                     yield event
+            if polls:
+                break
             job = await self._fetch_job()
             broken = 0 if self._seen > seen_before else broken + 1
             if job.status not in FINISHED:
