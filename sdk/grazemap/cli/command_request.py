@@ -43,16 +43,16 @@ class CommandRequest:
         errors: Sequence[ProblemError] = (),
     ) -> None:
         self._flags = flags_of(process)
+        self._used = [flag for flag in self._flags if flag.place in texts]
         # a flag of a short form replaces an axis that --json may have
-        if any(flag.place in texts for flag in flags_of_short_forms(process)):
+        if any(flag in self._used for flag in flags_of_short_forms(process)):
             with suppress(LookupError, TypeError, ValueError, AttributeError):  # the validation says what is wrong
                 fields = PROCESSES[process].short_form(fields)
         self._process, self._fields, self._texts = process, fields, texts
         self._body: dict[str, Any] = deepcopy(dict(fields))
         self._errors = [*errors]
-        for flag in self._flags:
-            if flag.place in texts:
-                self._set(flag, texts[flag.place])
+        for flag in self._used:
+            self._set(flag, texts[flag.place])
 
     @property
     def engineering(self) -> bool:
@@ -139,8 +139,8 @@ class CommandRequest:
         """Return the text of a note; where a flag causes the note, with what to write instead of the flag."""
         detail = str(warning)
         name, unit = _SUSPECTED_UNITS.get(warning.code, (detail.partition(" ")[0], ""))
-        set_flags = (flag for flag in self._flags if flag.place in self._texts and len(flag.place) == 1)
-        flag = next((flag for flag in set_flags if self._quantity_of(flag) == name), None)
+        of_request = (flag for flag in self._used if len(flag.place) == 1)
+        flag = next((flag for flag in of_request if self._quantity_of(flag) == name), None)
         if flag is None:
             return detail
         text = str(self._texts[flag.place])
@@ -156,13 +156,12 @@ class CommandRequest:
         if not error.pointer.startswith("/"):
             return error
         place = tuple(error.pointer[1:].split("/"))
-        set_flags = [flag for flag in self._flags if flag.place in self._texts]
-        enclosing = [flag for flag in set_flags if place[: len(flag.place)] == flag.place]
+        enclosing = [flag for flag in self._used if place[: len(flag.place)] == flag.place]
         value = value_at(self._fields, place)
         if value is not None and not enclosing:
             return error.model_copy(update={"pointer": f"{error.pointer}{_shown(value)}"})
         contained = [flag for flag in self._flags if flag.place[: len(place)] == place]
-        concerned = enclosing or [flag for flag in contained if flag in set_flags] or contained
+        concerned = enclosing or [flag for flag in contained if flag in self._used] or contained
         if not concerned:
             return error
         location = ", ".join(self._flag_text(flag) for flag in concerned)
