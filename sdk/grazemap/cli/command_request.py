@@ -10,12 +10,11 @@ from copy import deepcopy
 from typing import Any
 
 from grazemap.cli import units
-from grazemap.cli.flags import Flag, flags_of, value_at
+from grazemap.cli.flags import Flag, flags_of, flags_of_short_forms, value_at
 from grazemap.client.arguments import parameter_error, validated
 from grazemap.errors import ParameterError, RequestWarning
 from grazemap.wire import PROCESSES, ProblemError, ProcessRequest
 from grazemap.wire.error_texts import written_schema
-from grazemap.wire.process import NAMED
 
 _MAX_VALUE_LENGTH = 60
 # By the code of a note: the parameter that it concerns, and the unit that was probably meant.
@@ -44,15 +43,16 @@ class CommandRequest:
         errors: Sequence[ProblemError] = (),
     ) -> None:
         self._flags = flags_of(process)
-        if any(_is_of_short_form(process, flag.place) for flag in self._flags if flag.place in texts):
+        self._used = [flag for flag in self._flags if flag.place in texts]
+        # a flag of a short form replaces an axis that --json may have
+        if any(flag in self._used for flag in flags_of_short_forms(process)):
             with suppress(LookupError, TypeError, ValueError, AttributeError):  # the validation says what is wrong
                 fields = PROCESSES[process].short_form(fields)
         self._process, self._fields, self._texts = process, fields, texts
         self._body: dict[str, Any] = deepcopy(dict(fields))
         self._errors = [*errors]
-        for flag in self._flags:
-            if flag.place in texts:
-                self._set(flag, texts[flag.place])
+        for flag in self._used:
+            self._set(flag, texts[flag.place])
 
     @property
     def engineering(self) -> bool:
@@ -139,8 +139,8 @@ class CommandRequest:
         """Return the text of a note; where a flag causes the note, with what to write instead of the flag."""
         detail = str(warning)
         name, unit = _SUSPECTED_UNITS.get(warning.code, (detail.partition(" ")[0], ""))
-        set_flags = (flag for flag in self._flags if flag.place in self._texts and len(flag.place) == 1)
-        flag = next((flag for flag in set_flags if self._quantity_of(flag) == name), None)
+        of_request = (flag for flag in self._used if len(flag.place) == 1)
+        flag = next((flag for flag in of_request if self._quantity_of(flag) == name), None)
         if flag is None:
             return detail
         text = str(self._texts[flag.place])
@@ -156,13 +156,12 @@ class CommandRequest:
         if not error.pointer.startswith("/"):
             return error
         place = tuple(error.pointer[1:].split("/"))
-        set_flags = [flag for flag in self._flags if flag.place in self._texts]
-        enclosing = [flag for flag in set_flags if place[: len(flag.place)] == flag.place]
+        enclosing = [flag for flag in self._used if place[: len(flag.place)] == flag.place]
         value = value_at(self._fields, place)
         if value is not None and not enclosing:
             return error.model_copy(update={"pointer": f"{error.pointer}{_shown(value)}"})
         contained = [flag for flag in self._flags if flag.place[: len(place)] == place]
-        concerned = enclosing or [flag for flag in contained if flag in set_flags] or contained
+        concerned = enclosing or [flag for flag in contained if flag in self._used] or contained
         if not concerned:
             return error
         location = ", ".join(self._flag_text(flag) for flag in concerned)
@@ -174,13 +173,6 @@ class CommandRequest:
     def _flag_text(self, flag: Flag) -> str:
         text = self._texts.get(flag.place)
         return f"{flag.name} {text}" if isinstance(text, str) else flag.name
-
-
-def _is_of_short_form(process: str, place: tuple[str, ...]) -> bool:
-    """Return whether a flag is a part of a short form, which replaces an axis that --json may have."""
-    short = PROCESSES[process].short
-    names = NAMED if short is None else short.fields
-    return place[0] in names or place[-1] in ("quantity", "mass") or (len(place) == 2 and place[1] in names)
 
 
 def _shown(value: Any) -> str:

@@ -10,7 +10,7 @@ from pathlib import Path
 from grazemap.cli.exit_codes import InvalidCommand
 from grazemap.plots import save_picture
 from grazemap.plots.axes import kept_from_pyplot, new_figure
-from grazemap.results import RESULTS, Result
+from grazemap.results import RESULTS, Result, load
 
 PICTURES = (".png", ".svg", ".pdf")
 OUTPUTS = (".npz", ".json", *PICTURES)
@@ -44,6 +44,12 @@ def check_drawn(process: str) -> None:
     """Raise InvalidCommand for a process whose results have no picture."""
     if not any(hasattr(result, "plot") for result in RESULTS.values() if result.process == process):
         raise InvalidCommand(f"there is no picture of {process}")
+
+
+def read(path: Path) -> Result:
+    """Return the result in a file. Raises OSError."""
+    with naming_errors("the result", path):
+        return load(path)
 
 
 def write(what: str, path: Path, result: Result, engineering: bool = False) -> None:

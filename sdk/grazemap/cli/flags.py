@@ -16,7 +16,7 @@ from typing import Any
 
 from grazemap.cli import units
 from grazemap.wire import PROCESSES
-from grazemap.wire.error_texts import Schema, branches, written_schema
+from grazemap.wire.error_texts import Schema, branches, schema_of, written_schema
 
 _UNPREFIXED_FIELD = "oscillator"
 _RANGE = ("start", "stop", "points")
@@ -91,6 +91,13 @@ def flags_of(process: str) -> tuple[Flag, ...]:
     """Return the flags of a process in the order of its fields."""
     schema = written_schema(PROCESSES[process])
     return tuple(_flags(schema, schema, ()))
+
+
+def flags_of_short_forms(process: str) -> list[Flag]:
+    """Return the flags whose fields the long form of the request lacks, or has with other values."""
+    schema = schema_of(PROCESSES[process])
+    long_form = list(_flags(schema, schema, ()))
+    return [flag for flag in flags_of(process) if flag not in long_form]
 
 
 def fields_without_flag(process: str) -> list[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Sequence
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +17,9 @@ from grazemap.results import (
     BifurcationDiagram,
     CodimensionTwoPoints,
     GrazingCurve,
-    OrbitBranch,
     Result,
     StopGrazingCurves,
     UnfoldingMap,
-    load,
 )
 from grazemap.results.diagrams import QUANTITIES
 from grazemap.results.observables import variables_of
@@ -29,7 +28,13 @@ from grazemap.wire import PROCESSES
 
 # Rows of each table that are printed, and the width of its lines.
 _ROWS, _WIDTH = 8, 160
-_QUANTITY_RESULTS = (UnfoldingMap, BifurcationDiagram, OrbitBranch)
+# What can be drawn over a map, and the keyword of its `plot`.
+_OVERLAYS: dict[type[Result], str] = {
+    GrazingCurve: "curve",
+    StopGrazingCurves: "curve",
+    CodimensionTwoPoints: "points",
+    BifurcationCurves: "curves",
+}
 
 
 def add_commands(commands: Any) -> None:
@@ -78,8 +83,7 @@ def _plot(options: argparse.Namespace) -> int:
     output = options.output or options.result.with_suffix(".png")
     if output.suffix not in files.PICTURES:
         raise InvalidCommand(f"the picture must end in one of {', '.join(files.PICTURES)}")
-    with files.naming_errors("the result", options.result):
-        result = load(options.result)
+    result = files.read(options.result)
     files.check_drawn(result.process)
     if options.engineering_units and result.units != "SI":
         raise InvalidCommand("--engineering-units is for results in SI, and this one is nondimensional")
@@ -90,16 +94,16 @@ def _plot(options: argparse.Namespace) -> int:
     return DONE
 
 
-def _quantity(result: Result, name: str | None) -> dict[str, Any]:
+def _quantity(result: Any, name: str | None) -> dict[str, Any]:
     """Return the quantity to draw, as a keyword of `plot`."""
     if name is None:
         return {}
-    observed = [variable.name for variable, _ in variables_of(result)] if isinstance(result, _QUANTITY_RESULTS) else []
+    has_quantities = "quantity" in signature(result.plot).parameters
+    observed = [variable.name for variable, _ in variables_of(result)] if has_quantities else []
     own = QUANTITIES if isinstance(result, BifurcationDiagram) else ()
     if name not in (*own, *observed):
-        raise InvalidCommand(
-            f"--quantity names what this result does not have (allowed: {', '.join(observed) or 'none'})"
-        )
+        allowed = ", ".join(observed) or "none"
+        raise InvalidCommand(f"--quantity names what this result does not have (allowed: {allowed})")
     return {"quantity": name}
 
 
@@ -109,24 +113,17 @@ def _overlays(result: Result, paths: Sequence[Path]) -> dict[str, Any]:
         raise InvalidCommand(f"--over draws over an unfolding map, and {result.process} is none")
     drawn: dict[str, Any] = {}
     for path in paths:
-        with files.naming_errors("the result", path):
-            overlay = load(path)
-        if isinstance(overlay, BifurcationCurves):
-            drawn["curves"] = [*drawn.get("curves", ()), overlay]
-        elif isinstance(overlay, GrazingCurve | StopGrazingCurves):
-            drawn["curve"] = overlay
-        elif isinstance(overlay, CodimensionTwoPoints):
-            drawn["points"] = overlay
-        else:
-            allowed = "grazing-curves, codimension-two-points, bifurcation-curves"
+        overlay = files.read(path)
+        keyword = _OVERLAYS.get(type(overlay))
+        if keyword is None:
+            allowed = ", ".join(dict.fromkeys(kind.process for kind in _OVERLAYS))
             raise InvalidCommand(f"--over {path} has {overlay.process} (allowed: {allowed})")
+        drawn[keyword] = [*drawn.get(keyword, ()), overlay] if keyword == "curves" else overlay
     return drawn
 
 
 def _show(options: argparse.Namespace) -> int:
-    with files.naming_errors("the result", options.result):
-        result = load(options.result)
-    describe(result)
+    describe(files.read(options.result))
     return DONE
 
 

@@ -16,13 +16,12 @@ def add_commands(commands: Any) -> None:
     repair = commands.add_parser("repair", help="cut off the damaged end of an append-only file")
     backup = commands.add_parser("backup", help="save a data folder, also while a stack runs on it")
     restore = commands.add_parser("restore", help="create a data folder from a backup")
-    for parser in (repair, backup, restore):
+    for name, parser in (("repair", repair), ("backup", backup), ("restore", restore)):
+        parser.set_defaults(command=_storage, name=name, file=None, force=False)
         parser.add_argument("--data", type=Path, metavar="FOLDER", required=True, help="folder for jobs and results")
     backup.add_argument("-o", "--output", dest="file", type=Path, metavar="FILE", required=True, help="the backup")
     restore.add_argument("file", type=Path, metavar="FILE", help="the backup to restore")
     restore.add_argument("--force", action="store_true", help="rename a folder that has data, and restore")
-    for name, parser in (("repair", repair), ("backup", backup), ("restore", restore)):
-        parser.set_defaults(command=_storage, name=name, file=None, force=False)
 
 
 def _storage(options: argparse.Namespace) -> int:

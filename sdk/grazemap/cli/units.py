@@ -34,7 +34,7 @@ def refusal(text: str, name: str, units: object) -> tuple[str, str] | None:
     units : str
         "SI" or "nondimensional".
     """
-    number_units = [match[2] if (match := _NUMBER.fullmatch(number)) else "" for number in _numbers(text)]
+    number_units = _units(text)
     allowed = _CONVERSIONS[FIELD_UNITS[name]]
     if not any(number_units):
         return None
@@ -52,8 +52,7 @@ def refusal(text: str, name: str, units: object) -> tuple[str, str] | None:
 
 def engineering(text: str) -> bool:
     """Return whether the text of a flag has numbers in Hz or mm."""
-    units = {match[2] for number in _numbers(text) if (match := _NUMBER.fullmatch(number))}
-    return not units.isdisjoint(unit for unit, _ in ENGINEERING_UNITS.values())
+    return any(unit in _units(text) for unit, _ in ENGINEERING_UNITS.values())
 
 
 def text_with_unit(text: str, unit: str) -> str:
@@ -82,6 +81,7 @@ def _replaced(text: str, replacement: Callable[[str, str], str]) -> str:
     )
 
 
-def _numbers(text: str) -> list[str]:
-    """Return the numbers of a text, without the number of points of a range."""
-    return text.split(":")[:2] if ":" in text else [number for number in text.split(",") if number]
+def _units(text: str) -> list[str]:
+    """Return the unit of each number of a text ("": none), but not of the number of points of a range."""
+    numbers = text.split(":")[:2] if ":" in text else [number for number in text.split(",") if number]
+    return [match[2] if (match := _NUMBER.fullmatch(number)) else "" for number in numbers]

@@ -101,16 +101,14 @@ def validated_each(process: Any, requests: Iterable[Any]) -> list[ProcessRequest
 
     Raises ParameterError, whose pointers begin with the place of the request, as those of a batch do.
     """
-    named = isinstance(process, str)
+    pairs = ((process, request) for request in requests) if isinstance(process, str) else process
     models = []
-    for index, request in enumerate(requests if named else process):
+    for index, pair in enumerate(pairs):
         try:
-            if named:
-                models.append(validated(process, request))
-            elif isinstance(request, ProcessRequest):
-                models.append(validated(request.operation.process, request))
-            elif isinstance(request, tuple) and len(request) == 2:
-                models.append(validated(*request))
+            if isinstance(pair, ProcessRequest):
+                models.append(validated(pair.operation.process, pair))
+            elif isinstance(pair, tuple) and len(pair) == 2:
+                models.append(validated(*pair))
             else:
                 raise refusal("", "this is no request", "a wire model, or a pair (process, request)")
         except ParameterError as error:
@@ -360,6 +358,7 @@ _ONE_STOP = (
     "other one. With axes the clearances are numbers, unless they vary."
 )
 _AXES = f"The parameter is {ALLOWED}."
+_GRID = "(start, stop) or increasing list or array"
 _FORMS = {
     **{name: Form(name, name) for name in ("int", "float", "bool", "str")},
     "Literal": Form("str", "str"),
@@ -371,7 +370,7 @@ _FORMS = {
         more='For example ``{"spring": {"displacement": [..], "unit": "N"}}``, or with ``velocity``.',
     ),
     "Oscillator": Form("OscillatorLike", "Oscillator or mapping"),
-    "grid": Form("Values", "(start, stop) or increasing list or array", as_grid, counted=True),
+    "grid": Form("Values", _GRID, as_grid, counted=True),
     "frequencies": Form("Values", "(start, stop), or list or array", as_grid, counted=True),
     "Interval": Form("tuple[float, float]", "(start, stop)", as_interval),
     "clearance": Form("ClearanceLike", "float, or mapping with right and left"),
@@ -419,7 +418,6 @@ _FORMS = {
     ),
 }
 _OTHER = Form("Mapping[str, Any]", "mapping")
-_GRID = "(start, stop) or increasing list or array"
 
 
 def short_forms(request: type[ProcessRequest]) -> dict[str, Form]:

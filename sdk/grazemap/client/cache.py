@@ -18,12 +18,7 @@ _log = logging.getLogger(__name__)
 
 
 class ResultCache:
-    """A folder of results, created when the first result is written.
-
-    Parameters
-    ----------
-    folder : path
-    """
+    """A folder of results, created when the first result is written."""
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
         self.folder = Path(folder).expanduser()

@@ -102,8 +102,7 @@ class AsyncConnection:
 
         The stream fails after `silence` seconds without data.
         """
-        usual = self._http.timeout
-        timeout = httpx2.Timeout(connect=usual.connect, read=silence, write=usual.write, pool=usual.pool)
+        timeout = httpx2.Timeout(self.settings.timeout, read=silence)
         method = "GET" if content is None else "POST"
         return self._http.stream(method, path, params=params, headers=headers, content=content, timeout=timeout)
 
@@ -140,7 +139,7 @@ class _BlockingHttp:
     """An `httpx2.Client` with the methods of an `httpx2.AsyncClient` that a connection uses."""
 
     def __init__(self, client: httpx2.Client) -> None:
-        self._client, self.timeout = client, client.timeout
+        self._client = client
 
     @asynccontextmanager
     async def stream(self, method: str, path: str, **options: Any) -> AsyncIterator[httpx2.Response]:

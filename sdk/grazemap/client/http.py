@@ -11,7 +11,6 @@ import secrets
 from datetime import UTC, datetime
 from email.utils import parsedate_to_datetime
 from typing import Any
-from urllib.parse import urlsplit
 
 import httpx2
 from pydantic import ValidationError
@@ -74,19 +73,16 @@ class ConnectionSettings:
         self.timeout, self.retries = timeout, retries
 
     @property
-    def headers(self) -> dict[str, str]:
-        """Headers of every request."""
-        common = {"user-agent": f"grazemap/{__version__}", "accept": "application/json", "grazemap-client": _CLIENT_ID}
-        if self.group is not None:
-            common["grazemap-group"] = self.group
-        return {**common, "authorization": f"Bearer {self.api_key}"} if self.api_key else common
-
-    @property
     def http(self) -> dict[str, Any]:
         """The arguments of the clients of httpx2."""
+        headers = {"user-agent": f"grazemap/{__version__}", "accept": "application/json", "grazemap-client": _CLIENT_ID}
+        if self.group is not None:
+            headers["grazemap-group"] = self.group
+        if self.api_key:
+            headers["authorization"] = f"Bearer {self.api_key}"
         return {
             "base_url": self.base_url,
-            "headers": self.headers,
+            "headers": headers,
             "timeout": self.timeout,
             "trust_env": self._uses_environment,
         }
@@ -94,7 +90,7 @@ class ConnectionSettings:
     @property
     def _uses_environment(self) -> bool:
         """Whether proxies of the environment are used: not for a loopback address or localhost."""
-        host = urlsplit(self.base_url).hostname or ""
+        host = httpx2.URL(self.base_url).host
         try:
             return not ipaddress.ip_address(host).is_loopback
         except ValueError:

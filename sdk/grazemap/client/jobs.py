@@ -14,7 +14,7 @@ import httpx2
 from grazemap.client import messages
 from grazemap.client.connection import AsyncConnection
 from grazemap.client.events import Event
-from grazemap.client.http import failure_of, job_path, json_object, pause, problem_of
+from grazemap.client.http import JOB_ID, failure_of, job_path, json_object, pause, problem_of
 from grazemap.client.progress import ProgressListener
 from grazemap.client.watch import Follower
 from grazemap.constants import (
@@ -190,20 +190,19 @@ class AsyncJobHandle:
 
 async def submit(connection: AsyncConnection, request: ProcessRequest) -> Job:
     """Submit a request and return its job: a new job, or the job of an earlier equal request."""
-    job = messages.job_of(await _post(connection, request))
-    messages.warn_about([*job.notes, *unstated(request)])
-    return job
+    return messages.job_of(await _post(connection, request), request)
 
 
-async def _post(connection: AsyncConnection, request: ProcessRequest, **headers: str) -> httpx2.Response:
-    path = f"{API_PREFIX}/{request.operation.process}"
+async def _post(
+    connection: AsyncConnection, request: ProcessRequest, below: str = "", **headers: str
+) -> httpx2.Response:
+    path = f"{API_PREFIX}/{request.operation.process}{below}"
     return await connection.send("POST", path, headers=_JSON | headers, content=_body(request))
 
 
 async def forecast(connection: AsyncConnection, request: ProcessRequest) -> Forecast:
     """Return the expected cost of a request, which is not submitted."""
-    path, body = f"{API_PREFIX}/{request.operation.process}/estimate", _body(request)
-    estimate = Forecast.read((await connection.send("POST", path, headers=_JSON, content=body)).content)
+    estimate = Forecast.read((await _post(connection, request, "/estimate")).content)
     notes = [*estimate.notes, *unstated(request)]
     messages.warn_about(notes)
     return estimate.model_copy(update={"notes": notes})
@@ -214,7 +213,6 @@ def _body(request: ProcessRequest) -> bytes:
 
 
 def _batch_member(request: ProcessRequest) -> bytes:
-    """Return a request as a member of a batch."""
     return b'{"process":"%s","request":%s}' % (request.operation.process.encode(), _body(request))
 
 
@@ -265,8 +263,7 @@ async def _compute(
     if response.headers.get("content-type") == _NPZ_TYPE:
         messages.warn_about([*notes_on(request), *unstated(request)])
         return await _decoded(connection, response.headers.get("location", "").rpartition("/")[2], response)
-    job = messages.job_of(response)
-    messages.warn_about([*job.notes, *unstated(request)])
+    job = messages.job_of(response, request)
     messages.require_success(await Follower(connection, job_path(job.id), job=job).run(listen))
     return await fetch_result(connection, job.id, listen)
 
@@ -274,7 +271,9 @@ async def _compute(
 async def _decoded(connection: AsyncConnection, job_id: str, response: httpx2.Response) -> Result:
     """Return the result in an answer, and write it to the cache of the client."""
     result = await connection.work(decode_result, response.content)
-    await connection.work(messages.cache_result, connection.settings, job_id, response)
+    cache, etag = connection.settings.cache, response.headers.get("etag")
+    if cache and etag and JOB_ID.fullmatch(job_id):
+        await connection.work(cache.write, job_id, etag, response.content)
     return result
 
 

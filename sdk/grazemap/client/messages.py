@@ -13,7 +13,7 @@ from typing import Any
 import httpx2
 from pydantic import ValidationError
 
-from grazemap.client.http import JOB_ID, UNKNOWN_JOB, ConnectionSettings
+from grazemap.client.http import JOB_ID, UNKNOWN_JOB
 from grazemap.constants import MAX_BATCH_BYTES, MAX_BATCH_REQUESTS
 from grazemap.errors import (
     JobDismissed,
@@ -25,7 +25,7 @@ from grazemap.errors import (
     problem_exception,
     problem_text,
 )
-from grazemap.wire import Job, Note, Problem
+from grazemap.wire import Job, Note, Problem, ProcessRequest, unstated
 
 # Codes of notes without a warning. Maps below the grazing curve are common: the motions with impacts are there. A job
 # that waits for the compilation of kernels only takes longer. The result says what a forcing period is.
@@ -33,11 +33,12 @@ _QUIET = frozenset({"below-grazing-curve", "compiles-first", "forcing-period"})
 _PACKAGE = str(Path(__file__).parents[1])
 
 
-def job_of(response: httpx2.Response) -> Job:
-    """Return the job in the answer to a request. Raises ProtocolError where its id is not valid."""
+def job_of(response: httpx2.Response, request: ProcessRequest) -> Job:
+    """Return the job in the answer to a request, and issue its notes. Raises ProtocolError for an invalid id."""
     job = Job.read(response.content)
     if not JOB_ID.fullmatch(job.id):
         raise ProtocolError("the service answered with an invalid job id")
+    warn_about([*job.notes, *unstated(request)])
     return job
 
 
@@ -53,13 +54,6 @@ def require_success(job: Job) -> None:
 def is_lost(error: NotFound) -> bool:
     """Return whether the service does not know a job, for example because its store was emptied."""
     return error.problem.type == UNKNOWN_JOB.type
-
-
-def cache_result(settings: ConnectionSettings, job_id: str, response: httpx2.Response) -> None:
-    """Write the result in an answer to the cache of the client, if it has one."""
-    cache, etag = settings.cache, response.headers.get("etag")
-    if cache and etag and JOB_ID.fullmatch(job_id):
-        cache.write(job_id, etag, response.content)
 
 
 def batches(members: Iterable[bytes]) -> Iterator[list[bytes]]:

@@ -110,22 +110,7 @@ _EXTRAS = {
 
 
 class ProcessMethod:
-    """The method of a process.
-
-    Parameters
-    ----------
-    process : str
-    result : type
-        The class of its result, which gives the method its name.
-
-    Attributes
-    ----------
-    name, process : str
-    signature : Signature
-    forms : dict
-        How each argument is given.
-    extra : Extra
-    """
+    """The method of a process, whose name is that of the class of its result; `forms` says how arguments are given."""
 
     def __init__(self, process: str, result: type[Result]) -> None:
         self.process, self.extra, self._result = process, _EXTRAS.get(process, Extra()), result
@@ -138,16 +123,16 @@ class ProcessMethod:
         self.forms |= {**short_forms(self._request), **self.extra.forms}
         self._arguments = [*dict.fromkeys(argument for listed in names.values() for argument in listed)]
         self.forms = {name: self.forms[name] for name in self._arguments}
-        counted = [name for name, form in self.forms.items() if form.counted]
-        self._keyword = "shape" if "vertical" in counted else "points" if counted else ""
-        self.signature = Signature(list(self._parameters(counted)), return_annotation=result.__name__)
+        self._counted = [name for name, form in self.forms.items() if form.counted]
+        self._keyword = "shape" if "vertical" in self._counted else "points" if self._counted else ""
+        self.signature = Signature(self._parameters(), return_annotation=result.__name__)
 
-    def _parameters(self, counted: list[str]) -> list[Parameter]:
+    def _parameters(self) -> list[Parameter]:
         # observables and outputs come last
         observed = [name for name in ObservedRequest.__annotations__ if name in self._fields]
         names = [name for name in self._arguments if name not in observed] + observed
-        if counted:
-            names.insert(names.index(counted[-1]) + 1, self._keyword)
+        if self._counted:
+            names.insert(names.index(self._counted[-1]) + 1, self._keyword)
             self.forms[self._keyword] = _POINTS if self._keyword == "points" else _SHAPE
         self.forms["progress"] = _PROGRESS
         shown = [Parameter("self", Parameter.POSITIONAL_OR_KEYWORD)]
@@ -244,14 +229,13 @@ class ProcessMethod:
 
     def _points(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Return the number of values of each field that may be a range. Raises ParameterError."""
-        counted = [name for name, form in self.forms.items() if form.counted]
         if self._keyword != "shape":
-            return dict.fromkeys(counted, values["points"] if counted else None)
+            return dict.fromkeys(self._counted, values.get("points"))
         try:
             rows, columns = (None, None) if values["shape"] is None else values["shape"]
         except (TypeError, ValueError):
             raise refusal("/shape", "shape is not two numbers", "(vertical points, horizontal points)") from None
-        return {name: columns if name in ("omega", "horizontal") else rows for name in counted}
+        return {name: columns if name in ("omega", "horizontal") else rows for name in self._counted}
 
     def function(self) -> Callable[..., Coroutine[Any, Any, Result]]:
         """Return the method of the asynchronous client."""

@@ -74,15 +74,13 @@ class Follower:
         job = self.job or await self._fetch_job()
         broken = 0
         while job.status not in FINISHED or (self._replay and not self._done):
-            if broken >= constants.STREAM_ATTEMPTS or self._near_deadline():
-                async with aclosing(self._poll(job)) as events:
-                    async for event in events:
-                        yield event
-                return
+            polls = broken >= constants.STREAM_ATTEMPTS or self._near_deadline()
             seen_before = self._seen
-            async with aclosing(self._stream_events()) as events:
+            async with aclosing(self._poll(job) if polls else self._stream_events()) as events:
                 async for event in events:
                     yield event
+            if polls:
+                break
             job = await self._fetch_job()
             broken = 0 if self._seen > seen_before else broken + 1
             if job.status not in FINISHED:
@@ -92,8 +90,8 @@ class Follower:
             again = not self._done and 0 < broken < constants.STREAM_ATTEMPTS
             if again and not self._near_deadline():
                 await self._connection.sleep(pause(broken - 1))
-        if not self._done:
-            for event in last_events(job):
+        if self.job is not None and not self._done:
+            for event in last_events(self.job):
                 yield event
 
     async def _fetch_job(self) -> Job:
@@ -149,8 +147,6 @@ class Follower:
             await self._connection.sleep(seconds)
             seconds = min(constants.MAX_POLL_INTERVAL, seconds * constants.POLL_GROWTH)
             job = await self._fetch_job()
-        for event in last_events(job):
-            yield event
 
     def _waiting_events(self, job: Job) -> list[Event]:
         """Return a waiting event if what an unfinished job waits for has changed since the last event."""

@@ -122,6 +122,7 @@ def test_flags_take_precedence_over_json(run, service, tmp_path):
         ("orbit-branches", "--range 1:2", "axis/values", {"start": 1.0, "stop": 2.0}),
         ("unfolding-maps", "--omega 0.1:0.3:5", "horizontal/values", {"start": 0.1, "stop": 0.3, "points": 5}),
         ("basins", "--vertical-mass 1", "vertical/vary", "velocity[1]"),
+        ("basins", "--vertical-vary velocity[1]", "vertical/vary", "velocity[1]"),
         ("bifurcation-diagrams", "--max-period 5", "max_period", 5),
     ],
 )

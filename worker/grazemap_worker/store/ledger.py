@@ -56,7 +56,7 @@ _CLAIMED_BYTES = 1 << 20
 
 
 class Tiles:
-    """Claims, finished tiles and failures."""
+    """The ledger of tiles: claims, finished tiles and failures."""
 
     def __init__(self, scripts: Scripts, jobs: Jobs) -> None:
         self._scripts = scripts
@@ -70,11 +70,7 @@ class Tiles:
         tile of a requester took far too long, the small tiles of this requester are claimed one by one. If there are
         several workers, one of them is kept free of long tiles.
 
-        Returns
-        -------
-        claims : list of Claim
-        waiting : WaitingJob or None
-            A job that has more tiles to claim.
+        Returns the claims, and a job that has more tiles to claim, if there is one.
         """
         return self._claim_some(worker, lease_seconds, LANES[worker.small])
 
@@ -173,8 +169,7 @@ class Tiles:
         The flow of the job (see `claim_next`) is charged with `seconds`, the processor time. After a small tile, the
         next small tiles of its requester are claimed one by one.
         """
-        arguments = {"id": job_id, "tile": tile, "holder": holder, "seconds": seconds}
-        self._scripts.run("overran", **arguments, alone=ALONE_SECONDS)
+        self._scripts.run("overran", id=job_id, tile=tile, holder=holder, seconds=seconds, alone=ALONE_SECONDS)
 
     def claims_of(self, holder: str = "") -> list[tuple[str, int, str]]:
         """Return (id, tile, holder) of every tile that a holder has claimed and not finished.
@@ -226,7 +221,7 @@ class Tiles:
 
 
 class Results:
-    """The results of finished jobs; `budget` is the maximum bytes of all results and tiles together."""
+    """The npz files of finished jobs; `budget` is the maximum bytes of all results and tiles together."""
 
     def __init__(self, scripts: Scripts, budget: int) -> None:
         self._scripts = scripts

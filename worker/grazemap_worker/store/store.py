@@ -33,17 +33,6 @@ class Store:
     result_bytes : int
         Maximum bytes of all results and tiles together.
 
-    Attributes
-    ----------
-    jobs : Jobs
-        Records and events.
-    tiles : Tiles
-        The ledger of tiles: claims, finished tiles, failures.
-    results : Results
-        The npz files of finished jobs.
-    workers : Workers
-        The leases of workers.
-
     Raises
     ------
     redis.exceptions.RedisError

@@ -2,9 +2,7 @@
 -- of all results and tiles), kept (seconds for which the tiles of a finished job are kept), items: {id, tile, whole
 -- (whether it is the result of the job), lasting (whether the result also answers later requests), event, etag, seconds
 -- (of processor time), size}. Bytes: the npz files of the items, one after another.
--- Returns for each item the number of tiles that remain of its job (0: the assembly may be claimed, or the job is
--- finished); -1: the item is not wanted (any more); -2: there is no room for it; -3: the tile is stored, and its job
--- has taken more than its limit of processor time.
+-- Returns for each item a number, which `Results.commit` describes.
 
 local function store_tile(item, data)
   local id, tile, total = item.id, tostring(item.tile), number(item.id, 'total')
