@@ -107,6 +107,10 @@ class Request(BaseModel):
         """Return the JSON pointer to where a value was written, from the pointer in the long form of this request."""
         return "".join(f"/{part}" for part in as_written(tuple(pointer.split("/")[1:]), self.written_places))
 
+    def _replace(self, name: str, value: object) -> None:
+        """Replace a field by what its validation makes of it; the model is frozen for all others."""
+        object.__setattr__(self, name, value)
+
     def unused(self) -> Collection[str]:
         """Return the names of fields without effect because of other fields; the canonical text lacks them."""
         return ()

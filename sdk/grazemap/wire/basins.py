@@ -143,9 +143,8 @@ class BasinsRequest(ProcessRequest):
             if state[coordinate.quantity]:
                 state[coordinate.quantity][coordinate.mass - 1] = 0.0
         self._stays_between_the_stops(state["displacement"])
-        # the model is frozen, but this is still its validation
         known = {name: values for name, values in state.items() if values}
-        object.__setattr__(self, "initial", initial.model_copy(update=known))
+        self._replace("initial", initial.model_copy(update=known))
         return self
 
     def _stays_between_the_stops(self, displacement: list[float]) -> None:

@@ -134,8 +134,7 @@ class PeriodicOrbitsRequest(ObservedRequest):
             raise invalid("both motion and initial are given", "one of them", "initial")
         if self.motion is None:
             state = (self.initial or InitialState()).fitted(self.oscillator, self.clearance, ("initial",))
-            # the model is frozen, but this is still its validation
-            object.__setattr__(self, "initial", state)
+            self._replace("initial", state)
         else:
             self.motion.require_period_of(self.oscillator, "motion")
             self.motion.require_stops(as_pair(self.clearance), "motion")

@@ -413,9 +413,7 @@ class _VariedRequest(ProcessRequest):
         stops = self.varied.corners()[0].clearance
         if stops.right is not None and stops.left is not None and not stops.right + stops.left > 0.0:
             raise invalid("the stops leave no space between them", "right + left > 0", "clearance")
-        fixed = fixed_clearance(self.varied.parameters, *self.varied.names)
-        # the model is frozen for others; this is still its validation
-        object.__setattr__(self, "clearance", fixed)
+        self._replace("clearance", fixed_clearance(self.varied.parameters, *self.varied.names))
         return self
 
     @property

@@ -209,6 +209,5 @@ class ProofsRequest(ProcessRequest):
         if statement.kind == "attraction" and statement.clearance is not None:
             state = statement.initial or InitialState()
             fitted = state.fitted(self.oscillator, statement.clearance, ("statement", "initial"))
-            # the model is frozen for others; this is still its validation
-            object.__setattr__(self, "statement", statement.model_copy(update={"initial": fitted}))
+            self._replace("statement", statement.model_copy(update={"initial": fitted}))
         return self

@@ -238,8 +238,7 @@ class TrajectoriesRequest(ObservedRequest):
             fitted = self.initial.fitted(oscillator, clearance, ("initial",))
         else:
             fitted = [state.fitted(oscillator, clearance, ("initial", str(k))) for k, state in enumerate(self.initial)]
-        # the model is frozen for others; this is still its validation
-        object.__setattr__(self, "initial", fitted)
+        self._replace("initial", fitted)
         return self
 
     @model_validator(mode="after")
