@@ -11,7 +11,7 @@ from functools import cached_property
 from inspect import Parameter, Signature
 from itertools import pairwise
 from types import NoneType
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -214,6 +214,9 @@ LeftOut = Field(exclude_if=lambda value: not value)
 # Takes sequences and arrays for lists, and numpy's numbers for numbers (`plain`). Written after all bounds: those after
 # it would not get into the JSON schema.
 Listable = BeforeValidator(plain)
+Count = Annotated[int, Field(ge=1), Listable]
+OptionalCount = Annotated[int, Field(ge=0), Listable]
+Share = Annotated[float, Field(ge=0, le=1), Listable]
 # Lists of these fail fast: naming each of a million wrong numbers would take seconds.
 Float = Annotated[float, _OF_ANY_SIGN_SIZED, Sized, Listable]
 Positive = Annotated[float, _POSITIVE_SIZED, Sized, Listable]
@@ -287,18 +290,16 @@ _RANGE_OR_LIST = Discriminator(
     custom_error_message="Input should be a range or a list of numbers",
     custom_error_context={"allowed": '{"start": .., "stop": .., "points": ..} or an increasing list of numbers'},
 )
-Grid = Annotated[
-    Annotated[Range, Tag("[range]")]
-    | Annotated[list[Float], _SEVERAL, Listable, AfterValidator(_increases), Tag("[list]")],
+_Range = TypeVar("_Range", bound=Range)
+_Number = TypeVar("_Number", bound=float)
+_GridOf = Annotated[
+    Annotated[_Range, Tag("[range]")]
+    | Annotated[list[_Number], _SEVERAL, Listable, AfterValidator(_increases), Tag("[list]")],
     _RANGE_OR_LIST,
     Kind("grid"),
 ]
-PositiveGrid = Annotated[
-    Annotated[PositiveRange, Tag("[range]")]
-    | Annotated[list[Positive], _SEVERAL, Listable, AfterValidator(_increases), Tag("[list]")],
-    _RANGE_OR_LIST,
-    Kind("grid"),
-]
+Grid = _GridOf[Range, Float]
+PositiveGrid = _GridOf[PositiveRange, Positive]
 
 
 def grid_points(grid: Range | list[float]) -> int:

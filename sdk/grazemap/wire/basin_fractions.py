@@ -11,7 +11,7 @@ from grazemap.wire.base import Float, Kind, Listable, Request, invalid
 from grazemap.wire.basins import INSIDE_STOPS
 from grazemap.wire.planes import OneParameterRequest
 from grazemap.wire.process import Operation
-from grazemap.wire.states import MaxPeriod, MaxPeriods
+from grazemap.wire.states import MaxPeriods, Period, Seed
 
 
 class StateRange(Request):
@@ -65,7 +65,7 @@ class BasinFractionsRequest(OneParameterRequest):
 
     states: Annotated[int, Field(ge=1, le=100_000), Listable] = 200
     """Number of initial states."""
-    seed: Annotated[int, Field(ge=0, le=2**53), Listable] = 0
+    seed: Seed = 0
     """Seed of the random states."""
     displacement: StateRanges | None = None
     """N ranges; left out: the equilibrium plus or minus the smallest half distance of the stops, over max |h|."""
@@ -74,8 +74,7 @@ class BasinFractionsRequest(OneParameterRequest):
     phase: Float = 0.0
     """Phase of the forcing at the start, in radians; harmonic k is shifted by k times as much."""
     max_periods: MaxPeriods = 1000
-    """Forcing periods after which a trajectory that has not settled ends; its motion may be chaotic."""
-    max_period: MaxPeriod = 32
+    max_period: Period = 32
     """The longest period looked for, in forcing periods."""
 
     @model_validator(mode="after")

@@ -8,11 +8,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
-from grazemap.wire.base import Grid, Places, Positive, Request, invalid, parts_in_long_form, plain
+from grazemap.wire.base import Grid, Places, Request, invalid, parts_in_long_form, plain
 from grazemap.wire.planes import AXES, ends_of
-from grazemap.wire.process import Operation, ProcessRequest
-from grazemap.wire.states import InitialState, MaxPeriod, MaxPeriods
-from grazemap.wire.structure import Clearance, as_pair
+from grazemap.wire.process import Operation, PointRequest
+from grazemap.wire.states import InitialState, MaxPeriods, Period
+from grazemap.wire.structure import as_pair
 
 INSIDE_STOPS = "-clearance < contact coordinate < clearance, of the left and the right stop"
 
@@ -76,7 +76,7 @@ class BasinCoordinate(Request):
         return ends_of(self.values)
 
 
-class BasinsRequest(ProcessRequest):
+class BasinsRequest(PointRequest):
     """The motion that every initial state of a rectangle leads to, at one point of the plane of omega and clearance.
 
     `initial` holds all other coordinates, and the phase of the forcing. Left out, velocities and phase are 0, and
@@ -98,10 +98,6 @@ class BasinsRequest(ProcessRequest):
         },
     )
 
-    omega: Positive
-    """Forcing frequency."""
-    clearance: Clearance
-    """Distance of the stops from q = 0: one number, or {"right": .., "left": ..} with None for an absent stop."""
     horizontal: BasinCoordinate
     """The initial coordinate along the horizontal axis."""
     vertical: BasinCoordinate
@@ -109,8 +105,7 @@ class BasinsRequest(ProcessRequest):
     initial: InitialState = InitialState()
     """All other coordinates, and the phase of the forcing."""
     max_periods: MaxPeriods = 1000
-    """Forcing periods after which a trajectory that has not settled ends; its motion may be chaotic."""
-    max_period: MaxPeriod = 32
+    max_period: Period = 32
     """The longest period looked for, in forcing periods."""
 
     @classmethod

@@ -44,13 +44,13 @@ AXES = ("horizontal", "vertical")
 """The fields of a request that have the two parameters of a plane."""
 
 _PLAIN_NAMES = ("omega", "bias", "forcing", "damping")
-_OF_STOPS = tuple(f"{name}{side}" for name in ("clearance", "restitution") for side in ("", "_right", "_left"))
-SCALARS = (*_OF_STOPS, "bias", "forcing")
+OF_STOPS = tuple(f"{name}{side}" for name in ("clearance", "restitution") for side in ("", "_right", "_left"))
+SCALARS = (*OF_STOPS, "bias", "forcing")
 """The parameters that change neither the frequency nor the structure, so that trajectories share its tables."""
 _LISTS = ("masses", "stiffnesses", "dampings")
 _INDEXED = re.compile(rf"({'|'.join(_LISTS)})\[([1-9][0-9]*)\]")
-_PATTERN = rf"^({'|'.join((*_PLAIN_NAMES, *_OF_STOPS))}|({'|'.join(_LISTS)})\[[1-9][0-9]*\])$"
-ALLOWED = f"one of {', '.join((*_PLAIN_NAMES, *_OF_STOPS))}, masses[i], stiffnesses[i], dampings[i], with i from 1"
+_PATTERN = rf"^({'|'.join((*_PLAIN_NAMES, *OF_STOPS))}|({'|'.join(_LISTS)})\[[1-9][0-9]*\])$"
+ALLOWED = f"one of {', '.join((*_PLAIN_NAMES, *OF_STOPS))}, masses[i], stiffnesses[i], dampings[i], with i from 1"
 _POSITIVE = ("omega", "clearance", "forcing", "masses", "stiffnesses")
 _NOT_NEGATIVE = ("damping", "dampings")
 

@@ -11,12 +11,23 @@ from grazemap.wire.base import Float, Kind, Listable, Request, invalid
 from grazemap.wire.oscillator import Oscillator
 from grazemap.wire.structure import ClearancePair, Row, as_pair
 
-Count = Annotated[int, Field(ge=1), Listable]
-MaxPeriods = Annotated[int, Field(ge=1, le=1_000_000), Listable]
 LONGEST_PERIOD = 256
 # Round-off of a contact coordinate, relative to the sum of the moduli of its terms.
 _ROUNDING = 4.0 * 2.220446049250313e-16
-MaxPeriod = Annotated[int, Field(ge=1, le=LONGEST_PERIOD), Listable]
+Period = Annotated[int, Field(ge=1, le=LONGEST_PERIOD), Listable]
+Seed = Annotated[int, Field(ge=0, le=2**53), Listable]
+# Fields of several requests, each with its description.
+MaxPeriod = Annotated[Period, Field(description="The maximum period looked for, in forcing periods.")]
+MaxPeriods = Annotated[
+    int,
+    Field(
+        ge=1,
+        le=1_000_000,
+        description="Forcing periods after which a trajectory that has not settled ends; its motion may be chaotic.",
+    ),
+    Listable,
+]
+Multiple = Annotated[int, Field(ge=1, le=100), Listable]
 
 
 class InitialState(Request):

@@ -16,7 +16,7 @@ from pydantic import (
     model_validator,
 )
 
-from grazemap.wire.base import Float, Kind, Listable, NonNegative, Positive, Request, invalid
+from grazemap.wire.base import Count, Float, Kind, Listable, NonNegative, Positive, Request, Share, invalid
 
 Row = Annotated[list[Float], Field(min_length=1, fail_fast=True), Listable]
 # A row of zeros is none.
@@ -124,10 +124,9 @@ def _one_contact(value: Any) -> Any:
     return value
 
 
-Mass = Annotated[int, Field(ge=1), Listable]
 Contact = Annotated[
-    Annotated[Mass, Tag("[one]")]
-    | Annotated[list[Mass], Field(min_length=2, max_length=2), Listable, Tag("[two]")]
+    Annotated[Count, Tag("[one]")]
+    | Annotated[list[Count], Field(min_length=2, max_length=2), Listable, Tag("[two]")]
     | Annotated[ContactRow, Tag("[row]")],
     Discriminator(_contact_tag),
     BeforeValidator(_one_contact),
@@ -178,14 +177,14 @@ class Base(Request):
 class RestitutionPair(Request):
     """The restitution of each stop."""
 
-    right: Annotated[float, Field(ge=0, le=1), Listable]
+    right: Share
     """Of the stop at +clearance."""
-    left: Annotated[float, Field(ge=0, le=1), Listable]
+    left: Share
     """Of the stop at -clearance."""
 
 
 Restitution = Annotated[
-    Annotated[float, Field(ge=0, le=1), Listable, Tag("[of both]")] | Annotated[RestitutionPair, Tag("[of each]")],
+    Annotated[Share, Tag("[of both]")] | Annotated[RestitutionPair, Tag("[of each]")],
     Discriminator(lambda value: "[of each]" if isinstance(value, dict | RestitutionPair) else "[of both]"),
 ]
 
