@@ -217,7 +217,9 @@ Listable = BeforeValidator(plain)
 Count = Annotated[int, Field(ge=1), Listable]
 OptionalCount = Annotated[int, Field(ge=0), Listable]
 Share = Annotated[float, Field(ge=0, le=1), Listable]
-# Lists of these fail fast: naming each of a million wrong numbers would take seconds.
+_Item = TypeVar("_Item")
+# Lists fail fast: naming each of a million wrong numbers would take seconds.
+NonEmpty = Annotated[list[_Item], Field(min_length=1, fail_fast=True), Listable]
 Float = Annotated[float, _OF_ANY_SIGN_SIZED, Sized, Listable]
 Positive = Annotated[float, _POSITIVE_SIZED, Sized, Listable]
 NonNegative = Annotated[float, _NON_NEGATIVE_SIZED, Sized, Listable]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated
 
 from pydantic import Field, model_validator
@@ -79,19 +78,11 @@ class BasinFractionsRequest(OneParameterRequest):
 
     @model_validator(mode="after")
     def _ranges_fit(self) -> BasinFractionsRequest:
-        count = self.oscillator.size
         for name in ("displacement", "velocity"):
-            ranges = getattr(self, name)
-            if ranges is not None and len(ranges) != count:
-                detail = f"{name} has {len(ranges)} ranges and the oscillator has {count} degrees of freedom"
-                raise invalid(detail, "one range per mass", name)
+            self.oscillator.require_each(getattr(self, name), name, "one range per mass", name, entries="ranges")
         if self.displacement is None:
             return self
-        stops = [point.clearance for point in self.line.corners()]
-        right, left = (
-            min(math.inf if gap is None else gap for gap in side)
-            for side in zip(*((pair.right, pair.left) for pair in stops), strict=True)
-        )
+        right, left = map(min, zip(*(point.clearance.reach for point in self.line.corners()), strict=True))
         terms = zip(self.oscillator.contact_row, self.displacement, strict=True)
         ends = [sorted((h * interval.start, h * interval.stop)) for h, interval in terms]
         if not (sum(low for low, _ in ends) < right and -left < sum(high for _, high in ends)):

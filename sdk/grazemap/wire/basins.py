@@ -149,7 +149,7 @@ class BasinsRequest(PointRequest):
         """
         if not displacement:
             return
-        row, stops = self.oscillator.contact_row, as_pair(self.clearance)
+        row, (right, left) = self.oscillator.contact_row, as_pair(self.clearance).reach
         place = sum(h * x for h, x in zip(row, displacement, strict=True))
         lowest, highest, moving = place, place, []
         for name, coordinate in (("horizontal", self.horizontal), ("vertical", self.vertical)):
@@ -157,7 +157,6 @@ class BasinsRequest(PointRequest):
             if coordinate.quantity == "displacement" and row[coordinate.mass - 1] != 0.0:
                 lowest, highest = lowest + min(reached), highest + max(reached)
                 moving.append(name)
-        right, left = (float("inf") if gap is None else gap for gap in (stops.right, stops.left))
         if -left < lowest and highest < right:
             return
         if not moving:

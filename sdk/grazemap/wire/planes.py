@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
+from pydantic_core import PydanticCustomError
 
 from grazemap.described import described
 from grazemap.wire.base import (
@@ -367,38 +368,36 @@ def _require_different(across: str, up: str) -> None:
         raise invalid(detail, "two different parameters", "vertical", "vary")
 
 
+def _varies(name: str, allowed: str, *at: str) -> PydanticCustomError:
+    return invalid(f"{name} varies: its values are those of an axis", allowed, *at)
+
+
 def _fixed_stops(clearance: float | ClearancePair | None, varied: tuple[str, ...]) -> tuple[float | None, float | None]:
     """Return the clearances of the right and of the left stop where they do not vary; None also for an absent stop."""
     names = [name for name in varied if name.startswith("clearance")]
     if clearance is None and not names:
         raise invalid("clearance is missing", 'a number, or {"right": .., "left": ..}', "clearance")
     if "clearance" in names and clearance is not None:
-        raise invalid("clearance varies: its values are those of an axis", "left out", "clearance")
+        raise _varies("clearance", "left out", "clearance")
     if names and isinstance(clearance, float | int):
         other = next(side for side in SIDES if side != names[0].removeprefix("clearance_"))
         allowed = f'left out, or the other stop alone: {{"{other}": 1.2}}'
-        raise invalid(f"{names[0]} varies: its values are those of an axis", allowed, "clearance")
+        raise _varies(names[0], allowed, "clearance")
     stops = as_pair(clearance)
     for side in SIDES:
         if f"clearance_{side}" in names and stops.side(side) is not None:
-            detail = f"clearance_{side} varies: its values are those of an axis"
-            raise invalid(detail, "left out or null where it varies", "clearance", side)
+            raise _varies(f"clearance_{side}", "left out or null where it varies", "clearance", side)
     if not names and stops.right is None and stops.left is None:
         raise invalid("both stops are absent", "right, left, or both", "clearance")
     return stops.right, stops.left
 
 
-def fixed_clearance(parameters: Parameters, *varied: str) -> float | ClearancePair | None:
-    """Return the clearances that do not vary: one number for two equal positive ones, else a pair; None if all vary."""
-    if "clearance" in varied:
-        return None
-    fixed: dict[str, float | None] = {
-        side: getattr(parameters, side) for side in SIDES if f"clearance_{side}" not in varied
-    }
-    right, left = fixed.get("right"), fixed.get("left")
-    if right is not None and right == left and right > 0.0:
-        return right
-    return ClearancePair.model_validate(fixed) if fixed else None
+def _fixed_clearance(varied: Line | Plane) -> float | ClearancePair | None:
+    """Return the clearances that do not vary, in their simplest form; None if all vary."""
+    sides = () if "clearance" in varied.names else SIDES
+    fixed = {side: getattr(varied.parameters, side) for side in sides if f"clearance_{side}" not in varied.names}
+    pair = ClearancePair.model_validate(fixed) if fixed else None
+    return pair and (pair.of_both or pair)
 
 
 class _VariedRequest(ProcessRequest):
@@ -410,10 +409,8 @@ class _VariedRequest(ProcessRequest):
     @model_validator(mode="after")
     def _clearance_is_simplest(self) -> Self:
         """Write the clearances in their simplest form, so that requests that mean the same have the same text."""
-        stops = self.varied.corners()[0].clearance
-        if stops.right is not None and stops.left is not None and not stops.right + stops.left > 0.0:
-            raise invalid("the stops leave no space between them", "right + left > 0", "clearance")
-        self._replace("clearance", fixed_clearance(self.varied.parameters, *self.varied.names))
+        self.varied.corners()[0].clearance.require_space("clearance")
+        self._replace("clearance", _fixed_clearance(self.varied))
         return self
 
     @property
@@ -425,7 +422,7 @@ class _VariedRequest(ProcessRequest):
     def _others(self, *varied: str) -> Parameters:
         """Return the values of the parameters that do not vary."""
         if "omega" in varied and self.omega is not None:
-            raise invalid("omega varies: its values are those of an axis", "left out", "omega")
+            raise _varies("omega", "left out", "omega")
         if "omega" not in varied and self.omega is None:
             raise invalid("omega is missing: it does not vary", "a finite number > 0", "omega")
         return Parameters(self.oscillator, self.omega, *_fixed_stops(self.clearance, varied))

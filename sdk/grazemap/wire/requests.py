@@ -19,6 +19,7 @@ from grazemap.wire.base import (
     Kind,
     LeftOut,
     Listable,
+    NonEmpty,
     NonNegative,
     OptionalCount,
     Positive,
@@ -36,7 +37,6 @@ from grazemap.wire.structure import ClearancePair, OtherClearance, StopName, var
 Order = Annotated[int, Field(ge=1, le=200), Listable]
 # Allows for the three roundings of a record's end and one of a given time; as the core's END_ROUNDING.
 _END_ROUNDING = 1.0 + 4.0 * 2.220446049250313e-16
-_PLANE = ("oscillator", "omega", "clearance", "horizontal", "vertical")
 # Largest omega.stop/omega.start of a search for codimension-two points; the core's MAX_FREQUENCY_RATIO.
 _FREQUENCY_RATIO = 1e9
 # For curves over a map: the minimum number of values of omega, and their number for each column of the map.
@@ -224,7 +224,7 @@ class TrajectoriesRequest(PointRequest, ObservedRequest):
     """Forcing periods before the record."""
     samples_per_period: Annotated[int, Field(ge=1, le=100_000), Listable] = 200
     """Number of equally spaced samples in each forcing period; instead of times."""
-    times: Annotated[Annotated[list[NonNegative], Field(min_length=1, fail_fast=True), Listable] | None, LeftOut] = None
+    times: Annotated[NonEmpty[NonNegative] | None, LeftOut] = None
     """Times of the samples within the record, increasing; instead of samples_per_period."""
 
     @model_validator(mode="after")
@@ -417,7 +417,7 @@ class UnfoldingDiagramsRequest(PlaneRequest):
     @cached_property
     def unfolding_map(self) -> UnfoldingMapsRequest:
         """The request for the map alone."""
-        return UnfoldingMapsRequest(**self._fields(*_PLANE, "max_periods", "max_period"))
+        return UnfoldingMapsRequest(**self._fields(*PlaneRequest.model_fields, "max_periods", "max_period"))
 
     @cached_property
     def grazing_curve(self) -> GrazingCurvesRequest:

@@ -94,9 +94,8 @@ class Points(NamedTuple):
         """Return the points with these frequencies and clearances."""
         rows = []
         for omega, clearance in places:
-            pair = as_pair(clearance)
-            gaps = [gap for gap in (pair.right, pair.left) if gap is not None]
-            rows.append((omega, abs(min(gaps)), 0.5 * sum(gaps) if len(gaps) == 2 else math.inf))
+            reach = as_pair(clearance).reach
+            rows.append((omega, abs(min(reach)), 0.5 * sum(reach)))
         return cls(*np.array(rows).T)
 
     def width(self, amplitude: Floats) -> Floats:
