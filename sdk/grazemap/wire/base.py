@@ -47,7 +47,7 @@ _OF_JSON = frozenset({float, int, bool, str, list, dict, NoneType})
 class Request(BaseModel):
     """A request body, or a part of one; wrong fields raise pydantic's ValidationError, which names them.
 
-    The text below a field is its description in the API's document.
+    The text below a field is its description in the API's document; some types, as `MaxPeriods`, have their own.
     """
 
     model_config = ConfigDict(

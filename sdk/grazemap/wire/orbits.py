@@ -33,6 +33,7 @@ from grazemap.wire.planes import (
     is_structural,
     require_values,
     structure_value,
+    vary_of,
 )
 from grazemap.wire.process import Operation, PointRequest, ShortForms
 from grazemap.wire.states import InitialState, MaxPeriod, Multiple, Period
@@ -199,8 +200,8 @@ def _short_name(axis: Any) -> str:
 
     A motion of `BifurcationCurvesRequest` may name its value on the axis so.
     """
-    vary = axis.get("vary") if isinstance(axis, dict) else getattr(axis, "vary", None)
-    return "clearance" if str(vary).startswith("clearance") else str(vary) if vary == "omega" else ""
+    vary = vary_of(axis) or ""
+    return "clearance" if vary.startswith("clearance") else vary if vary == "omega" else ""
 
 
 def parameter_value(

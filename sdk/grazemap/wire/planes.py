@@ -119,6 +119,12 @@ class FrequencyWindow(WindowAxis):
     """The interval of its values."""
 
 
+def vary_of(axis: Any) -> str | None:
+    """Return the name of the parameter of an axis, a model or as it is written; None where there is none."""
+    vary = axis.get("vary") if isinstance(axis, Mapping) else getattr(axis, "vary", None)
+    return vary if isinstance(vary, str) else None
+
+
 def ends_of(values: Range | Interval | list[float]) -> tuple[float, float]:
     """Return the first and the last of increasing values."""
     return (values[0], values[-1]) if isinstance(values, list) else (values.start, values.stop)
