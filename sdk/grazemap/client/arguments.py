@@ -40,7 +40,7 @@ from grazemap.wire.base import Kind, is_range_or_list, plain
 from grazemap.wire.error_details import errors_of
 from grazemap.wire.error_texts import suggestion
 from grazemap.wire.observables import OutputRow
-from grazemap.wire.planes import ALLOWED, AXES, Axis, WindowAxis
+from grazemap.wire.planes import ALLOWED, AXES, Axis, WindowAxis, vary_of
 from grazemap.wire.structure import is_of_sides
 
 OscillatorLike = Oscillator | Mapping[str, Any] | None
@@ -332,14 +332,9 @@ def _as_motions(argument: Argument, motions: Any) -> Any:
         body, _ = BifurcationCurvesRequest.long_form(dict(argument.fields))
     except PydanticCustomError:  # the validation of the request says what is wrong
         body = {}
-    varied = {axis: _vary(body.get(axis)) for axis in AXES}
+    varied = {axis: vary_of(body.get(axis)) for axis in AXES}
     window = {axis: vary for axis, vary in varied.items() if vary is not None}
     return [_as_motion(argument.below(str(k)), motion, window) for k, motion in enumerate(motions)]
-
-
-def _vary(axis: Any) -> str | None:
-    vary = axis.get("vary") if isinstance(axis, Mapping) else getattr(axis, "vary", None)
-    return vary if isinstance(vary, str) else None
 
 
 def as_statement(argument: Argument, statement: Any) -> Any:

@@ -11,7 +11,7 @@ from functools import cached_property
 from inspect import Parameter, Signature
 from itertools import pairwise
 from types import NoneType
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +47,7 @@ _OF_JSON = frozenset({float, int, bool, str, list, dict, NoneType})
 class Request(BaseModel):
     """A request body, or a part of one; wrong fields raise pydantic's ValidationError, which names them.
 
-    The text below a field is its description in the API's document.
+    The text below a field is its description in the API's document; some types, as `MaxPeriods`, have their own.
     """
 
     model_config = ConfigDict(
@@ -106,6 +106,10 @@ class Request(BaseModel):
     def pointer_as_written(self, pointer: str) -> str:
         """Return the JSON pointer to where a value was written, from the pointer in the long form of this request."""
         return "".join(f"/{part}" for part in as_written(tuple(pointer.split("/")[1:]), self.written_places))
+
+    def _replace(self, name: str, value: object) -> None:
+        """Replace a field by what its validation makes of it; the model is frozen for all others."""
+        object.__setattr__(self, name, value)
 
     def unused(self) -> Collection[str]:
         """Return the names of fields without effect because of other fields; the canonical text lacks them."""
@@ -210,7 +214,12 @@ LeftOut = Field(exclude_if=lambda value: not value)
 # Takes sequences and arrays for lists, and numpy's numbers for numbers (`plain`). Written after all bounds: those after
 # it would not get into the JSON schema.
 Listable = BeforeValidator(plain)
-# Lists of these fail fast: naming each of a million wrong numbers would take seconds.
+Count = Annotated[int, Field(ge=1), Listable]
+OptionalCount = Annotated[int, Field(ge=0), Listable]
+Share = Annotated[float, Field(ge=0, le=1), Listable]
+_Item = TypeVar("_Item")
+# Lists fail fast: naming each of a million wrong numbers would take seconds.
+NonEmpty = Annotated[list[_Item], Field(min_length=1, fail_fast=True), Listable]
 Float = Annotated[float, _OF_ANY_SIGN_SIZED, Sized, Listable]
 Positive = Annotated[float, _POSITIVE_SIZED, Sized, Listable]
 NonNegative = Annotated[float, _NON_NEGATIVE_SIZED, Sized, Listable]
@@ -283,18 +292,16 @@ _RANGE_OR_LIST = Discriminator(
     custom_error_message="Input should be a range or a list of numbers",
     custom_error_context={"allowed": '{"start": .., "stop": .., "points": ..} or an increasing list of numbers'},
 )
-Grid = Annotated[
-    Annotated[Range, Tag("[range]")]
-    | Annotated[list[Float], _SEVERAL, Listable, AfterValidator(_increases), Tag("[list]")],
+_Range = TypeVar("_Range", bound=Range)
+_Number = TypeVar("_Number", bound=float)
+_GridOf = Annotated[
+    Annotated[_Range, Tag("[range]")]
+    | Annotated[list[_Number], _SEVERAL, Listable, AfterValidator(_increases), Tag("[list]")],
     _RANGE_OR_LIST,
     Kind("grid"),
 ]
-PositiveGrid = Annotated[
-    Annotated[PositiveRange, Tag("[range]")]
-    | Annotated[list[Positive], _SEVERAL, Listable, AfterValidator(_increases), Tag("[list]")],
-    _RANGE_OR_LIST,
-    Kind("grid"),
-]
+Grid = _GridOf[Range, Float]
+PositiveGrid = _GridOf[PositiveRange, Positive]
 
 
 def grid_points(grid: Range | list[float]) -> int:

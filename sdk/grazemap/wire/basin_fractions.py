@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated
 
 from pydantic import Field, model_validator
@@ -11,7 +10,7 @@ from grazemap.wire.base import Float, Kind, Listable, Request, invalid
 from grazemap.wire.basins import INSIDE_STOPS
 from grazemap.wire.planes import OneParameterRequest
 from grazemap.wire.process import Operation
-from grazemap.wire.states import MaxPeriod, MaxPeriods
+from grazemap.wire.states import MaxPeriods, Period, Seed
 
 
 class StateRange(Request):
@@ -65,7 +64,7 @@ class BasinFractionsRequest(OneParameterRequest):
 
     states: Annotated[int, Field(ge=1, le=100_000), Listable] = 200
     """Number of initial states."""
-    seed: Annotated[int, Field(ge=0, le=2**53), Listable] = 0
+    seed: Seed = 0
     """Seed of the random states."""
     displacement: StateRanges | None = None
     """N ranges; left out: the equilibrium plus or minus the smallest half distance of the stops, over max |h|."""
@@ -74,25 +73,16 @@ class BasinFractionsRequest(OneParameterRequest):
     phase: Float = 0.0
     """Phase of the forcing at the start, in radians; harmonic k is shifted by k times as much."""
     max_periods: MaxPeriods = 1000
-    """Forcing periods after which a trajectory that has not settled ends; its motion may be chaotic."""
-    max_period: MaxPeriod = 32
+    max_period: Period = 32
     """The longest period looked for, in forcing periods."""
 
     @model_validator(mode="after")
     def _ranges_fit(self) -> BasinFractionsRequest:
-        count = self.oscillator.size
         for name in ("displacement", "velocity"):
-            ranges = getattr(self, name)
-            if ranges is not None and len(ranges) != count:
-                detail = f"{name} has {len(ranges)} ranges and the oscillator has {count} degrees of freedom"
-                raise invalid(detail, "one range per mass", name)
+            self.oscillator.require_each(getattr(self, name), name, "one range per mass", name, entries="ranges")
         if self.displacement is None:
             return self
-        stops = [point.clearance for point in self.line.corners()]
-        right, left = (
-            min(math.inf if gap is None else gap for gap in side)
-            for side in zip(*((pair.right, pair.left) for pair in stops), strict=True)
-        )
+        right, left = map(min, zip(*(point.clearance.reach for point in self.line.corners()), strict=True))
         terms = zip(self.oscillator.contact_row, self.displacement, strict=True)
         ends = [sorted((h * interval.start, h * interval.stop)) for h, interval in terms]
         if not (sum(low for low, _ in ends) < right and -left < sum(high for _, high in ends)):

@@ -8,11 +8,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
-from grazemap.wire.base import Grid, Places, Positive, Request, invalid, parts_in_long_form, plain
+from grazemap.wire.base import Grid, Places, Request, invalid, parts_in_long_form, plain
 from grazemap.wire.planes import AXES, ends_of
-from grazemap.wire.process import Operation, ProcessRequest
-from grazemap.wire.states import InitialState, MaxPeriod, MaxPeriods
-from grazemap.wire.structure import Clearance, as_pair
+from grazemap.wire.process import Operation, PointRequest
+from grazemap.wire.states import InitialState, MaxPeriods, Period
+from grazemap.wire.structure import as_pair
 
 INSIDE_STOPS = "-clearance < contact coordinate < clearance, of the left and the right stop"
 
@@ -76,7 +76,7 @@ class BasinCoordinate(Request):
         return ends_of(self.values)
 
 
-class BasinsRequest(ProcessRequest):
+class BasinsRequest(PointRequest):
     """The motion that every initial state of a rectangle leads to, at one point of the plane of omega and clearance.
 
     `initial` holds all other coordinates, and the phase of the forcing. Left out, velocities and phase are 0, and
@@ -98,10 +98,6 @@ class BasinsRequest(ProcessRequest):
         },
     )
 
-    omega: Positive
-    """Forcing frequency."""
-    clearance: Clearance
-    """Distance of the stops from q = 0: one number, or {"right": .., "left": ..} with None for an absent stop."""
     horizontal: BasinCoordinate
     """The initial coordinate along the horizontal axis."""
     vertical: BasinCoordinate
@@ -109,8 +105,7 @@ class BasinsRequest(ProcessRequest):
     initial: InitialState = InitialState()
     """All other coordinates, and the phase of the forcing."""
     max_periods: MaxPeriods = 1000
-    """Forcing periods after which a trajectory that has not settled ends; its motion may be chaotic."""
-    max_period: MaxPeriod = 32
+    max_period: Period = 32
     """The longest period looked for, in forcing periods."""
 
     @classmethod
@@ -143,9 +138,8 @@ class BasinsRequest(ProcessRequest):
             if state[coordinate.quantity]:
                 state[coordinate.quantity][coordinate.mass - 1] = 0.0
         self._stays_between_the_stops(state["displacement"])
-        # the model is frozen, but this is still its validation
         known = {name: values for name, values in state.items() if values}
-        object.__setattr__(self, "initial", initial.model_copy(update=known))
+        self._replace("initial", initial.model_copy(update=known))
         return self
 
     def _stays_between_the_stops(self, displacement: list[float]) -> None:
@@ -155,7 +149,7 @@ class BasinsRequest(ProcessRequest):
         """
         if not displacement:
             return
-        row, stops = self.oscillator.contact_row, as_pair(self.clearance)
+        row, (right, left) = self.oscillator.contact_row, as_pair(self.clearance).reach
         place = sum(h * x for h, x in zip(row, displacement, strict=True))
         lowest, highest, moving = place, place, []
         for name, coordinate in (("horizontal", self.horizontal), ("vertical", self.vertical)):
@@ -163,7 +157,6 @@ class BasinsRequest(ProcessRequest):
             if coordinate.quantity == "displacement" and row[coordinate.mass - 1] != 0.0:
                 lowest, highest = lowest + min(reached), highest + max(reached)
                 moving.append(name)
-        right, left = (float("inf") if gap is None else gap for gap in (stops.right, stops.left))
         if -left < lowest and highest < right:
             return
         if not moving:

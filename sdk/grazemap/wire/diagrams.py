@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Literal
 
-from pydantic import Field
-
-from grazemap.wire.base import Listable
+from grazemap.wire.base import Count, OptionalCount
 from grazemap.wire.observables import ObservedRequest
 from grazemap.wire.planes import OneParameterRequest
 from grazemap.wire.process import Operation
-from grazemap.wire.states import Count, MaxPeriod
+from grazemap.wire.states import MaxPeriod
 
 
 class BifurcationDiagramsRequest(OneParameterRequest, ObservedRequest):
@@ -39,9 +37,8 @@ class BifurcationDiagramsRequest(OneParameterRequest, ObservedRequest):
 
     policy: Literal["rest", "sweep-up", "sweep-down"] = "rest"
     """Start of trajectories: rest, or where that at the next smaller (sweep-up) or larger (sweep-down) value ended."""
-    transient_periods: Annotated[int, Field(ge=0), Listable] = 300
+    transient_periods: OptionalCount = 300
     """Forcing periods at each value that are computed first and not shown."""
     periods: Count = 64
     """Forcing periods that are shown at each value."""
     max_period: MaxPeriod = 32
-    """The maximum period looked for, in forcing periods."""

@@ -18,7 +18,7 @@ from grazemap.wire.linear import (
     steady_amplitude,
 )
 from grazemap.wire.oscillator import Oscillator
-from grazemap.wire.planes import Axis, PlanePoint, WindowAxis
+from grazemap.wire.planes import AXES, Axis, PlanePoint, WindowAxis
 from grazemap.wire.process import ProcessRequest
 from grazemap.wire.structure import SIDES, ClearancePair, as_pair
 from grazemap.wire.structures import StructuresRequest
@@ -98,7 +98,7 @@ def _units(oscillator: Oscillator) -> Iterator[Note]:
 
 def _axes(request: Request) -> dict[str, Range | Interval | list[float]]:
     """Return the parameters that vary in a request, with their values."""
-    axes = (getattr(request, name, None) for name in ("axis", "horizontal", "vertical"))
+    axes = (getattr(request, name, None) for name in ("axis", *AXES))
     return {axis.vary: axis.values for axis in axes if isinstance(axis, Axis | WindowAxis)}
 
 

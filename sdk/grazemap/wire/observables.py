@@ -66,10 +66,8 @@ class ObservedRequest(ProcessRequest):
             if not any(output.displacement or ()) and not any(output.velocity or ()):
                 raise invalid("an output has no row", "displacement, velocity, or both", name)
             for row in ("displacement", "velocity") if "oscillator" in validation.data else ():
-                values, count = getattr(output, row), validation.data["oscillator"].size
-                if values is not None and len(values) != count:
-                    detail = f"the row has {len(values)} numbers and the oscillator has {count} degrees of freedom"
-                    raise invalid(detail, f"{count} numbers", name, row)
+                oscillator = validation.data["oscillator"]
+                oscillator.require_each(getattr(output, row), "the row", f"{oscillator.size} numbers", name, row)
         return dict(sorted(outputs.items()))
 
     @property

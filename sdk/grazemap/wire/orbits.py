@@ -14,9 +14,9 @@ from grazemap.wire.base import (
     Float,
     LeftOut,
     Listable,
+    OptionalCount,
     Place,
     Places,
-    Positive,
     Request,
     invalid,
     plain,
@@ -33,10 +33,11 @@ from grazemap.wire.planes import (
     is_structural,
     require_values,
     structure_value,
+    vary_of,
 )
-from grazemap.wire.process import Operation, ShortForms
-from grazemap.wire.states import InitialState, MaxPeriod
-from grazemap.wire.structure import Clearance, ClearancePair, as_pair, restitutions
+from grazemap.wire.process import Operation, PointRequest, ShortForms
+from grazemap.wire.states import InitialState, MaxPeriod, Multiple, Period
+from grazemap.wire.structure import ClearancePair, as_pair, restitutions
 
 MAX_IMPACTS = 256
 MAX_CURVE_POINTS = 100_000
@@ -53,9 +54,9 @@ class OrbitMotion(Request):
     or that of a trajectory that settles to such a motion. A `label` n-p_r-q_l must agree with the period and the stops.
     """
 
-    period: MaxPeriod
+    period: Period
     """Period, in forcing periods."""
-    stops: Annotated[list[Stop], Field(min_length=1, max_length=MAX_IMPACTS, fail_fast=True), Listable]
+    stops: Annotated[list[Stop], _ONE_PER_IMPACT, Listable]
     """The stops of a period's impacts in order: 1 is A (right), -1 is C (left)."""
     phases: Annotated[list[Float], _ONE_PER_IMPACT, Listable] | None = None
     """Phases omega t of the impacts in radians, increasing: initial guess of Newton's method; only with velocities."""
@@ -97,7 +98,7 @@ class OrbitMotion(Request):
                 raise invalid("an impact is on a stop that is absent", "stops that clearance gives", *at, "stops")
 
 
-class PeriodicOrbitsRequest(ObservedRequest):
+class PeriodicOrbitsRequest(PointRequest, ObservedRequest):
     """A periodic motion with impacts, solved for by Newton's method from the equations of its impacts.
 
     It is looked for near `motion`, or near the motion that the trajectory from `initial` settles to within
@@ -115,18 +116,13 @@ class PeriodicOrbitsRequest(ObservedRequest):
         },
     )
 
-    omega: Positive
-    """Forcing frequency."""
-    clearance: Clearance
-    """Distance of the stops from q = 0: one number, or {"right": .., "left": ..} with None for an absent stop."""
     motion: OrbitMotion | None = None
     """The motion that is looked for; instead of initial."""
     initial: InitialState | None = None
     """Initial state of the trajectory whose motion is solved for; left out, at rest."""
-    transient_periods: Annotated[int, Field(ge=0), Listable] = 1000
+    transient_periods: OptionalCount = 1000
     """Forcing periods in which that trajectory settles."""
     max_period: MaxPeriod = 32
-    """The maximum period looked for, in forcing periods."""
 
     @model_validator(mode="after")
     def _one_guess(self) -> PeriodicOrbitsRequest:
@@ -134,8 +130,7 @@ class PeriodicOrbitsRequest(ObservedRequest):
             raise invalid("both motion and initial are given", "one of them", "initial")
         if self.motion is None:
             state = (self.initial or InitialState()).fitted(self.oscillator, self.clearance, ("initial",))
-            # the model is frozen, but this is still its validation
-            object.__setattr__(self, "initial", state)
+            self._replace("initial", state)
         else:
             self.motion.require_period_of(self.oscillator, "motion")
             self.motion.require_stops(as_pair(self.clearance), "motion")
@@ -205,8 +200,8 @@ def _short_name(axis: Any) -> str:
 
     A motion of `BifurcationCurvesRequest` may name its value on the axis so.
     """
-    vary = axis.get("vary") if isinstance(axis, dict) else getattr(axis, "vary", None)
-    return "clearance" if str(vary).startswith("clearance") else str(vary) if vary == "omega" else ""
+    vary = vary_of(axis) or ""
+    return "clearance" if vary.startswith("clearance") else vary if vary == "omega" else ""
 
 
 def parameter_value(
@@ -300,7 +295,7 @@ class BifurcationCurvesRequest(PlaneRequest):
     """The horizontal parameter of the window and its interval."""
     vertical: WindowAxis
     """The vertical parameter of the window and its interval."""
-    max_multiple: Annotated[int, Field(ge=1, le=100), Listable] = 2
+    max_multiple: Multiple = 2
     """Without `motions`: the maximum period of the motions whose curves are computed, in forcing periods."""
     points: Annotated[int, Field(ge=2, le=MAX_CURVE_POINTS), Listable] = 400
     """For curves in closed form: number of frequencies across the window."""

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from pydantic import (
     ConfigDict,
     Discriminator,
-    Field,
     SerializerFunctionWrapHandler,
     Tag,
     model_serializer,
@@ -18,7 +17,7 @@ from pydantic import (
 )
 
 from grazemap.wire import linear
-from grazemap.wire.base import LeftOut, Listable, NonNegative, Positive, Request, invalid
+from grazemap.wire.base import LeftOut, NonEmpty, NonNegative, Positive, Request, invalid
 from grazemap.wire.orders import forced_orders
 from grazemap.wire.structure import (
     Base,
@@ -44,8 +43,7 @@ def _damping_tag(value: Any) -> str:
 
 
 Damping = Annotated[
-    Annotated[NonNegative, Tag("[proportional]")]
-    | Annotated[list[NonNegative], Field(min_length=1, fail_fast=True), Listable, Tag("[per link]")],
+    Annotated[NonNegative, Tag("[proportional]")] | Annotated[NonEmpty[NonNegative], Tag("[per link]")],
     Discriminator(_damping_tag),
 ]
 
@@ -98,9 +96,9 @@ class Oscillator(Request):
 
     units: Literal["nondimensional", "SI"] = "nondimensional"
     """Units of all numbers; "SI": kg, N/m, N, m, s, rad/s. Nothing is rescaled."""
-    masses: Annotated[list[Positive], Field(min_length=1, fail_fast=True), Listable] = [1.0, 10.0, 10.0]
+    masses: NonEmpty[Positive] = [1.0, 10.0, 10.0]
     """N masses; mass 1 hits the stops; kg in SI."""
-    stiffnesses: Annotated[list[Positive], Field(min_length=1, fail_fast=True), Listable] = [1.0, 5.0, 5.0]
+    stiffnesses: NonEmpty[Positive] = [1.0, 5.0, 5.0]
     """N stiffnesses: link i joins mass i to mass i + 1, the last one to the ground; N/m in SI."""
     damping: Damping = 0.05
     """gamma of C = 2 gamma K (seconds in SI); or one number per link, c_i = 2 zeta_i, in SI c_i itself (N s/m)."""
@@ -257,6 +255,14 @@ class Oscillator(Request):
     def size(self) -> int:
         """Number of degrees of freedom N."""
         return len(self.masses) if self.matrices is None else len(self.matrices.mass)
+
+    def require_each(
+        self, values: list[Any] | None, what: str, allowed: str, *at: str, entries: str = "numbers"
+    ) -> None:
+        """Refuse a list without one entry for each degree of freedom; `at` is its place in the request."""
+        if values is not None and len(values) != self.size:
+            detail = f"{what} has {len(values)} {entries} and the oscillator has {self.size} degrees of freedom"
+            raise invalid(detail, allowed, *at)
 
     @property
     def harmonics(self) -> list[Forcing]:

@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
+from pydantic_core import PydanticCustomError
 
 from grazemap.described import described
 from grazemap.wire.base import (
@@ -44,13 +45,13 @@ AXES = ("horizontal", "vertical")
 """The fields of a request that have the two parameters of a plane."""
 
 _PLAIN_NAMES = ("omega", "bias", "forcing", "damping")
-_OF_STOPS = tuple(f"{name}{side}" for name in ("clearance", "restitution") for side in ("", "_right", "_left"))
-SCALARS = (*_OF_STOPS, "bias", "forcing")
+OF_STOPS = tuple(f"{name}{side}" for name in ("clearance", "restitution") for side in ("", "_right", "_left"))
+SCALARS = (*OF_STOPS, "bias", "forcing")
 """The parameters that change neither the frequency nor the structure, so that trajectories share its tables."""
 _LISTS = ("masses", "stiffnesses", "dampings")
 _INDEXED = re.compile(rf"({'|'.join(_LISTS)})\[([1-9][0-9]*)\]")
-_PATTERN = rf"^({'|'.join((*_PLAIN_NAMES, *_OF_STOPS))}|({'|'.join(_LISTS)})\[[1-9][0-9]*\])$"
-ALLOWED = f"one of {', '.join((*_PLAIN_NAMES, *_OF_STOPS))}, masses[i], stiffnesses[i], dampings[i], with i from 1"
+_PATTERN = rf"^({'|'.join((*_PLAIN_NAMES, *OF_STOPS))}|({'|'.join(_LISTS)})\[[1-9][0-9]*\])$"
+ALLOWED = f"one of {', '.join((*_PLAIN_NAMES, *OF_STOPS))}, masses[i], stiffnesses[i], dampings[i], with i from 1"
 _POSITIVE = ("omega", "clearance", "forcing", "masses", "stiffnesses")
 _NOT_NEGATIVE = ("damping", "dampings")
 
@@ -116,6 +117,12 @@ class FrequencyWindow(WindowAxis):
     """The forcing frequency."""
     values: PositiveInterval
     """The interval of its values."""
+
+
+def vary_of(axis: Any) -> str | None:
+    """Return the name of the parameter of an axis, a model or as it is written; None where there is none."""
+    vary = axis.get("vary") if isinstance(axis, Mapping) else getattr(axis, "vary", None)
+    return vary if isinstance(vary, str) else None
 
 
 def ends_of(values: Range | Interval | list[float]) -> tuple[float, float]:
@@ -367,38 +374,36 @@ def _require_different(across: str, up: str) -> None:
         raise invalid(detail, "two different parameters", "vertical", "vary")
 
 
+def _varies(name: str, allowed: str, *at: str) -> PydanticCustomError:
+    return invalid(f"{name} varies: its values are those of an axis", allowed, *at)
+
+
 def _fixed_stops(clearance: float | ClearancePair | None, varied: tuple[str, ...]) -> tuple[float | None, float | None]:
     """Return the clearances of the right and of the left stop where they do not vary; None also for an absent stop."""
     names = [name for name in varied if name.startswith("clearance")]
     if clearance is None and not names:
         raise invalid("clearance is missing", 'a number, or {"right": .., "left": ..}', "clearance")
     if "clearance" in names and clearance is not None:
-        raise invalid("clearance varies: its values are those of an axis", "left out", "clearance")
+        raise _varies("clearance", "left out", "clearance")
     if names and isinstance(clearance, float | int):
         other = next(side for side in SIDES if side != names[0].removeprefix("clearance_"))
         allowed = f'left out, or the other stop alone: {{"{other}": 1.2}}'
-        raise invalid(f"{names[0]} varies: its values are those of an axis", allowed, "clearance")
+        raise _varies(names[0], allowed, "clearance")
     stops = as_pair(clearance)
     for side in SIDES:
         if f"clearance_{side}" in names and stops.side(side) is not None:
-            detail = f"clearance_{side} varies: its values are those of an axis"
-            raise invalid(detail, "left out or null where it varies", "clearance", side)
+            raise _varies(f"clearance_{side}", "left out or null where it varies", "clearance", side)
     if not names and stops.right is None and stops.left is None:
         raise invalid("both stops are absent", "right, left, or both", "clearance")
     return stops.right, stops.left
 
 
-def fixed_clearance(parameters: Parameters, *varied: str) -> float | ClearancePair | None:
-    """Return the clearances that do not vary: one number for two equal positive ones, else a pair; None if all vary."""
-    if "clearance" in varied:
-        return None
-    fixed: dict[str, float | None] = {
-        side: getattr(parameters, side) for side in SIDES if f"clearance_{side}" not in varied
-    }
-    right, left = fixed.get("right"), fixed.get("left")
-    if right is not None and right == left and right > 0.0:
-        return right
-    return ClearancePair.model_validate(fixed) if fixed else None
+def _fixed_clearance(varied: Line | Plane) -> float | ClearancePair | None:
+    """Return the clearances that do not vary, in their simplest form; None if all vary."""
+    sides = () if "clearance" in varied.names else SIDES
+    fixed = {side: getattr(varied.parameters, side) for side in sides if f"clearance_{side}" not in varied.names}
+    pair = ClearancePair.model_validate(fixed) if fixed else None
+    return pair and (pair.of_both or pair)
 
 
 class _VariedRequest(ProcessRequest):
@@ -410,12 +415,8 @@ class _VariedRequest(ProcessRequest):
     @model_validator(mode="after")
     def _clearance_is_simplest(self) -> Self:
         """Write the clearances in their simplest form, so that requests that mean the same have the same text."""
-        stops = self.varied.corners()[0].clearance
-        if stops.right is not None and stops.left is not None and not stops.right + stops.left > 0.0:
-            raise invalid("the stops leave no space between them", "right + left > 0", "clearance")
-        fixed = fixed_clearance(self.varied.parameters, *self.varied.names)
-        # the model is frozen for others; this is still its validation
-        object.__setattr__(self, "clearance", fixed)
+        self.varied.corners()[0].clearance.require_space("clearance")
+        self._replace("clearance", _fixed_clearance(self.varied))
         return self
 
     @property
@@ -427,7 +428,7 @@ class _VariedRequest(ProcessRequest):
     def _others(self, *varied: str) -> Parameters:
         """Return the values of the parameters that do not vary."""
         if "omega" in varied and self.omega is not None:
-            raise invalid("omega varies: its values are those of an axis", "left out", "omega")
+            raise _varies("omega", "left out", "omega")
         if "omega" not in varied and self.omega is None:
             raise invalid("omega is missing: it does not vary", "a finite number > 0", "omega")
         return Parameters(self.oscillator, self.omega, *_fixed_stops(self.clearance, varied))

@@ -25,10 +25,10 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from grazemap.described import described
-from grazemap.wire.base import Place, Places, Request, invalid, is_range_or_list, without_nulls
+from grazemap.wire.base import Place, Places, Positive, Request, invalid, is_range_or_list, without_nulls
 from grazemap.wire.error_texts import Schema, branches
 from grazemap.wire.oscillator import Oscillator
-from grazemap.wire.structure import SIDES, ClearancePair, is_of_sides
+from grazemap.wire.structure import SIDES, Clearance, ClearancePair, is_of_sides
 
 
 @dataclass(frozen=True)
@@ -75,6 +75,15 @@ class ProcessRequest(Request):
         """Add the fields that may be written to the JSON schema of this request."""
         if cls.short is not None:
             schema["properties"] = with_short_forms(schema["properties"], cls.short, schema)
+
+
+class PointRequest(ProcessRequest):
+    """Base of the requests at one point of the plane of omega and clearance."""
+
+    omega: Positive
+    """Forcing frequency."""
+    clearance: Clearance
+    """Distance of the stops from q = 0: one number, or {"right": .., "left": ..} with None for an absent stop."""
 
 
 @described

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from grazemap.wire.base import LeftOut, Listable, Places, Positive, Request, invalid, parts_in_long_form, without_nulls
 from grazemap.wire.orbits import OrbitMotion, parameter_value
-from grazemap.wire.planes import WindowAxis, require_domain
+from grazemap.wire.planes import OF_STOPS, WindowAxis, require_domain
 from grazemap.wire.process import (
     NAMED,
     Operation,
@@ -29,15 +29,6 @@ _FIELDS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "bifurcation": (("omega", "clearance", "motion", "type", "axis"), ()),
     "codimension-two": (("type", "order", "axis"), ("stop",)),
 }
-_Varied = Literal[
-    "omega",
-    "clearance",
-    "clearance_right",
-    "clearance_left",
-    "restitution",
-    "restitution_right",
-    "restitution_left",
-]
 _TYPES = {"bifurcation": ("SN", "PD", "SB", "GR"), "codimension-two": ("g", "h", "h_s")}
 
 
@@ -48,7 +39,7 @@ _SHORT_ZERO = ShortForms(("axis",), {}, "omega")
 class ProvenAxis(WindowAxis):
     """A parameter that varies in a proof, and the interval of its values."""
 
-    vary: _Varied
+    vary: Literal["omega", *OF_STOPS]  # type: ignore[valid-type]
     """clearance and restitution are those of both stops."""
 
     @model_validator(mode="after")
@@ -209,6 +200,5 @@ class ProofsRequest(ProcessRequest):
         if statement.kind == "attraction" and statement.clearance is not None:
             state = statement.initial or InitialState()
             fitted = state.fitted(self.oscillator, statement.clearance, ("statement", "initial"))
-            # the model is frozen for others; this is still its validation
-            object.__setattr__(self, "statement", statement.model_copy(update={"initial": fitted}))
+            self._replace("statement", statement.model_copy(update={"initial": fitted}))
         return self

@@ -14,11 +14,14 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from grazemap.wire.base import (
+    Count,
     Interval,
     Kind,
     LeftOut,
     Listable,
+    NonEmpty,
     NonNegative,
+    OptionalCount,
     Positive,
     PositiveInterval,
     PositiveRange,
@@ -27,15 +30,13 @@ from grazemap.wire.base import (
 from grazemap.wire.observables import ObservedRequest
 from grazemap.wire.orbits import MAX_CURVE_POINTS, BifurcationCurvesRequest
 from grazemap.wire.planes import SCALARS, Axis, Frequencies, FrequencyWindow, PlaneRequest, WindowAxis
-from grazemap.wire.process import Operation, ProcessRequest, ShortForms
-from grazemap.wire.states import Count, InitialState, InitialStates, MaxPeriod, MaxPeriods
-from grazemap.wire.structure import Clearance, ClearancePair, OtherClearance, StopName, varied_stop
+from grazemap.wire.process import Operation, PointRequest, ProcessRequest, ShortForms
+from grazemap.wire.states import InitialState, InitialStates, MaxPeriod, MaxPeriods, Multiple, Seed
+from grazemap.wire.structure import ClearancePair, OtherClearance, StopName, varied_stop
 
 Order = Annotated[int, Field(ge=1, le=200), Listable]
-Multiple = Annotated[int, Field(ge=1, le=100), Listable]
 # Allows for the three roundings of a record's end and one of a given time; as the core's END_ROUNDING.
 _END_ROUNDING = 1.0 + 4.0 * 2.220446049250313e-16
-_PLANE = ("oscillator", "omega", "clearance", "horizontal", "vertical")
 # Largest omega.stop/omega.start of a search for codimension-two points; the core's MAX_FREQUENCY_RATIO.
 _FREQUENCY_RATIO = 1e9
 # For curves over a map: the minimum number of values of omega, and their number for each column of the map.
@@ -182,7 +183,7 @@ class DiscontinuityMappingsRequest(ProcessRequest):
         return self
 
 
-class TrajectoriesRequest(ObservedRequest):
+class TrajectoriesRequest(PointRequest, ObservedRequest):
     """One trajectory or, for a list of initial states, one from each of them, with every impact."""
 
     operation = Operation(
@@ -215,19 +216,15 @@ class TrajectoriesRequest(ObservedRequest):
         },
     )
 
-    omega: Positive
-    """Forcing frequency."""
-    clearance: Clearance
-    """Distance of the stops from q = 0: one number, or {"right": .., "left": ..} with None for an absent stop."""
     initial: InitialStates = InitialState()
     """The initial state, or a list of 1 to 1000; values that are left out are 0."""
     periods: Count
     """Forcing periods that are recorded."""
-    transient_periods: Annotated[int, Field(ge=0), Listable] = 0
+    transient_periods: OptionalCount = 0
     """Forcing periods before the record."""
     samples_per_period: Annotated[int, Field(ge=1, le=100_000), Listable] = 200
     """Number of equally spaced samples in each forcing period; instead of times."""
-    times: Annotated[Annotated[list[NonNegative], Field(min_length=1, fail_fast=True), Listable] | None, LeftOut] = None
+    times: Annotated[NonEmpty[NonNegative] | None, LeftOut] = None
     """Times of the samples within the record, increasing; instead of samples_per_period."""
 
     @model_validator(mode="after")
@@ -238,8 +235,7 @@ class TrajectoriesRequest(ObservedRequest):
             fitted = self.initial.fitted(oscillator, clearance, ("initial",))
         else:
             fitted = [state.fitted(oscillator, clearance, ("initial", str(k))) for k, state in enumerate(self.initial)]
-        # the model is frozen for others; this is still its validation
-        object.__setattr__(self, "initial", fitted)
+        self._replace("initial", fitted)
         return self
 
     @model_validator(mode="after")
@@ -324,13 +320,11 @@ class UnfoldingMapsRequest(PlaneRequest, ObservedRequest):
     policy: Literal["rest", "sweep-up", "sweep-down", "ensemble"] = "rest"
     """Where trajectories start: at rest, at the final state of a neighbour, or at several random states."""
     max_periods: MaxPeriods = 1000
-    """Forcing periods after which a trajectory that has not settled ends; its motion may be chaotic."""
     max_period: MaxPeriod = 32
-    """The maximum period looked for, in forcing periods."""
     # Of the policy "ensemble" only; accepted with any policy, but then not part of the request.
     initial_conditions: Annotated[int, Field(ge=1, le=1000), Listable] = 16
     """Random states at each point, for the policy ensemble; ignored with another policy."""
-    seed: Annotated[int, Field(ge=0, le=2**53), Listable] = 0
+    seed: Seed = 0
     """Seed of the random states, for the policy ensemble; ignored with another policy."""
     adaptive: Annotated[bool, LeftOut] = False
     """Whether points are inferred where all neighbours agree, and computed only elsewhere; not for a sweep."""
@@ -399,9 +393,7 @@ class UnfoldingDiagramsRequest(PlaneRequest):
     vertical: Axis
     """The parameter of the map's rows and its values."""
     max_periods: MaxPeriods = 1000
-    """Forcing periods after which a trajectory that has not settled ends; its motion may be chaotic."""
     max_period: MaxPeriod = 32
-    """The maximum period looked for, in forcing periods."""
     max_order: Order = 8
     """The highest order of recurrence points, in half periods; not used with axes."""
     max_multiple: Multiple = 4
@@ -425,7 +417,7 @@ class UnfoldingDiagramsRequest(PlaneRequest):
     @cached_property
     def unfolding_map(self) -> UnfoldingMapsRequest:
         """The request for the map alone."""
-        return UnfoldingMapsRequest(**self._fields(*_PLANE, "max_periods", "max_period"))
+        return UnfoldingMapsRequest(**self._fields(*PlaneRequest.model_fields, "max_periods", "max_period"))
 
     @cached_property
     def grazing_curve(self) -> GrazingCurvesRequest:

@@ -11,12 +11,23 @@ from grazemap.wire.base import Float, Kind, Listable, Request, invalid
 from grazemap.wire.oscillator import Oscillator
 from grazemap.wire.structure import ClearancePair, Row, as_pair
 
-Count = Annotated[int, Field(ge=1), Listable]
-MaxPeriods = Annotated[int, Field(ge=1, le=1_000_000), Listable]
 LONGEST_PERIOD = 256
 # Round-off of a contact coordinate, relative to the sum of the moduli of its terms.
 _ROUNDING = 4.0 * 2.220446049250313e-16
-MaxPeriod = Annotated[int, Field(ge=1, le=LONGEST_PERIOD), Listable]
+Period = Annotated[int, Field(ge=1, le=LONGEST_PERIOD), Listable]
+Seed = Annotated[int, Field(ge=0, le=2**53), Listable]
+# Fields of several requests, each with its description.
+MaxPeriod = Annotated[Period, Field(description="The maximum period looked for, in forcing periods.")]
+MaxPeriods = Annotated[
+    int,
+    Field(
+        ge=1,
+        le=1_000_000,
+        description="Forcing periods after which a trajectory that has not settled ends; its motion may be chaotic.",
+    ),
+    Listable,
+]
+Multiple = Annotated[int, Field(ge=1, le=100), Listable]
 
 
 class InitialState(Request):
@@ -31,8 +42,7 @@ class InitialState(Request):
 
     def fitted(self, oscillator: Oscillator, clearance: float | ClearancePair, at: tuple[str, ...]) -> InitialState:
         """Return the `completed` state. Raises the error of `invalid` also where the contact is outside the stops."""
-        state, stops = self.completed(oscillator, clearance, at), as_pair(clearance)
-        right, left = (math.inf if gap is None else gap for gap in (stops.right, stops.left))
+        state, (right, left) = self.completed(oscillator, clearance, at), as_pair(clearance).reach
         if self.displacement is not None:
             terms = [h * x for h, x in zip(oscillator.contact_row, self.displacement, strict=True)]
             several = sum(h != 0.0 for h in oscillator.contact_row) > 1
@@ -53,15 +63,12 @@ class InitialState(Request):
         the place of the state in the request. Raises the error of `invalid` where there is not one number per degree of
         freedom.
         """
-        where, count, stops = ".".join(at), oscillator.size, as_pair(clearance)
         for name in ("displacement", "velocity"):
-            values = getattr(self, name)
-            if values is not None and len(values) != count:
-                detail = f"{where}.{name} has {len(values)} numbers and the oscillator has {count} degrees of freedom"
-                raise invalid(detail, "one number per mass", *at, name)
-        centred = not any(oscillator.bias or ()) and all(gap is None or gap >= 0.0 for gap in (stops.right, stops.left))
+            what = f"{'.'.join(at)}.{name}"
+            oscillator.require_each(getattr(self, name), what, "one number per mass", *at, name)
+        centred = not any(oscillator.bias or ()) and min(as_pair(clearance).reach) >= 0.0
         names = ("displacement", "velocity") if centred else ("velocity",)
-        return self.model_copy(update={name: [0.0] * count for name in names if getattr(self, name) is None})
+        return self.model_copy(update={name: [0.0] * oscillator.size for name in names if getattr(self, name) is None})
 
 
 def _states_tag(value: Any) -> str | None:

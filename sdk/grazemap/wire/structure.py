@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
@@ -16,12 +17,12 @@ from pydantic import (
     model_validator,
 )
 
-from grazemap.wire.base import Float, Kind, Listable, NonNegative, Positive, Request, invalid
+from grazemap.wire.base import Count, Float, Kind, Listable, NonEmpty, NonNegative, Positive, Request, Share, invalid
 
-Row = Annotated[list[Float], Field(min_length=1, fail_fast=True), Listable]
+Row = NonEmpty[Float]
 # A row of zeros is none.
 OptionalRow = Annotated[Row | None, Field(exclude_if=lambda row: not any(row or ()))]
-Matrix = Annotated[list[Row], Field(min_length=1, fail_fast=True), Listable]
+Matrix = NonEmpty[Row]
 # Largest difference of M and its transpose, relative to its largest number, that is rounding; as in the core.
 _ASYMMETRY = 16.0 * 2.220446049250313e-16
 
@@ -30,8 +31,7 @@ class ModalDamping(Request):
     """Damping by the ratios of the modes."""
 
     modal: Annotated[
-        Annotated[NonNegative, Tag("[of all]")]
-        | Annotated[list[NonNegative], Field(min_length=1, fail_fast=True), Listable, Tag("[of each]")],
+        Annotated[NonNegative, Tag("[of all]")] | Annotated[NonEmpty[NonNegative], Tag("[of each]")],
         Discriminator(lambda value: "[of each]" if _is_list(value) else "[of all]"),
     ]
     """One damping ratio for all modes, or N numbers, in the order of increasing frequency."""
@@ -124,10 +124,9 @@ def _one_contact(value: Any) -> Any:
     return value
 
 
-Mass = Annotated[int, Field(ge=1), Listable]
 Contact = Annotated[
-    Annotated[Mass, Tag("[one]")]
-    | Annotated[list[Mass], Field(min_length=2, max_length=2), Listable, Tag("[two]")]
+    Annotated[Count, Tag("[one]")]
+    | Annotated[list[Count], Field(min_length=2, max_length=2), Listable, Tag("[two]")]
     | Annotated[ContactRow, Tag("[row]")],
     Discriminator(_contact_tag),
     BeforeValidator(_one_contact),
@@ -178,14 +177,14 @@ class Base(Request):
 class RestitutionPair(Request):
     """The restitution of each stop."""
 
-    right: Annotated[float, Field(ge=0, le=1), Listable]
+    right: Share
     """Of the stop at +clearance."""
-    left: Annotated[float, Field(ge=0, le=1), Listable]
+    left: Share
     """Of the stop at -clearance."""
 
 
 Restitution = Annotated[
-    Annotated[float, Field(ge=0, le=1), Listable, Tag("[of both]")] | Annotated[RestitutionPair, Tag("[of each]")],
+    Annotated[Share, Tag("[of both]")] | Annotated[RestitutionPair, Tag("[of each]")],
     Discriminator(lambda value: "[of each]" if isinstance(value, dict | RestitutionPair) else "[of both]"),
 ]
 
@@ -209,16 +208,29 @@ class ClearancePair(Request):
 
     @model_validator(mode="after")
     def _leaves_space(self) -> Self:
-        if self.right is not None and self.left is not None and self.right + self.left <= 0.0:
-            raise invalid("the stops leave no space between them", "right + left > 0")
-        return self
+        return self.require_space()
 
     @model_serializer(mode="plain")
     def _normal(self) -> Any:
         """Return one number for two equal stops, so that requests that mean the same have the same text."""
-        if self.right == self.left and (self.right or 0.0) > 0.0:
-            return self.right
-        return {side: self.side(side) for side in SIDES if side in self.model_fields_set}
+        return self.of_both or {side: self.side(side) for side in SIDES if side in self.model_fields_set}
+
+    @property
+    def of_both(self) -> float | None:
+        """The distance of two stops that are equally far to both sides, which stands for the pair; None for others."""
+        return self.right if self.right == self.left and (self.right or 0.0) > 0.0 else None
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """How far the contact may go to the right and to the left: without end where there is no stop."""
+        right, left = (math.inf if gap is None else gap for gap in (self.right, self.left))
+        return right, left
+
+    def require_space(self, *at: str) -> Self:
+        """Refuse stops without space between them; `at` is their place in the request."""
+        if sum(self.reach) <= 0.0:
+            raise invalid("the stops leave no space between them", "right + left > 0", *at)
+        return self
 
     def side(self, name: str) -> float | None:
         """Return the distance of the right or of the left stop."""

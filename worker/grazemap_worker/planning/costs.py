@@ -17,19 +17,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.wire import (
-    BasinsRequest,
     ClearancePair,
     CodimensionTwoPointsRequest,
     GrazingCurvesRequest,
     Grid,
     Oscillator,
-    PeriodicOrbitsRequest,
-    TrajectoriesRequest,
     grid_values,
     linear,
 )
 from grazemap.wire.observables import ObservedRequest
 from grazemap.wire.planes import Line, Parameters, Plane, is_place
+from grazemap.wire.process import PointRequest
 from grazemap.wire.structure import as_pair, restitutions
 from grazemap_worker.planning import rates
 
@@ -96,9 +94,8 @@ class Points(NamedTuple):
         """Return the points with these frequencies and clearances."""
         rows = []
         for omega, clearance in places:
-            pair = as_pair(clearance)
-            gaps = [gap for gap in (pair.right, pair.left) if gap is not None]
-            rows.append((omega, abs(min(gaps)), 0.5 * sum(gaps) if len(gaps) == 2 else math.inf))
+            reach = as_pair(clearance).reach
+            rows.append((omega, abs(min(reach)), 0.5 * sum(reach)))
         return cls(*np.array(rows).T)
 
     def width(self, amplitude: Floats) -> Floats:
@@ -169,7 +166,7 @@ def period_cost(
     return float(period_costs(oscillator, Points.create([(omega, clearance)]), lanes=lanes)[0])
 
 
-def period_cost_at_point(request: BasinsRequest | PeriodicOrbitsRequest | TrajectoriesRequest) -> float:
+def period_cost_at_point(request: PointRequest) -> float:
     """Return the cost of a forcing period of a request with a single frequency and clearance."""
     return period_cost(request.oscillator, request.omega, request.clearance)
 
