@@ -20,8 +20,7 @@ RELATIONS = (
     r"stop must (be greater|not be less) than start",
     "omega ends too far from where it starts",
     r"the (values|times|phases) must increase.*",
-    r"\S+ has \S+ (numbers|ranges|rows) and .*",
-    "the row has .*",
+    r"(\S+|the row) has \S+ \S+ and .*",
     "a time lies after the end of the record",
     r"the range.* does not contain the \S+ of the orbit",
     # what is given beside what
