@@ -17,12 +17,13 @@ ifdef NARROW
 $(foreach setting,$(shell $(PYTHON) tests/support/narrow.py),$(eval export $(setting)))
 endif
 
-# three groups of tests run side by side: those without kernels, which begin while these are compiled; those of arithmetic
-# alone, which leave the processor to all others; those that start workers and stacks, and often wait
+# three groups of tests run side by side: those without kernels, which begin while these are compiled, and then those of
+# stacks; those of arithmetic alone, which leave the processor to all others; those of workers, which often wait
 # these compile a few kernels into folders of their own
 OWN_KERNELS := tests/unit/core/test_kernel_folder.py tests/unit/core/test_without_parts.py
 WITHOUT_KERNELS := tests/unit/contract tests/unit/sdk tests/system/service $(OWN_KERNELS)
 ARITHMETIC := tests/unit/core tests/unit/benchmarks
+STACKS := tests/system/chaos
 # one cache of compiled kernels, for the tests and the workers that they start. In recipes paths are relative, whatever
 # the name of this folder is; in variables of the environment they are not, for processes in other folders.
 TEST_CACHE := .cache/grazemap
@@ -96,7 +97,7 @@ serve: $(RUN_STAMP)  ## run the whole stack on this machine until Ctrl-C, with t
 test: export OPENBLAS_NUM_THREADS = 1
 test: $(RUN_STAMP)  ## every test that needs only this machine
 	$(call timed,testing (about ten minutes),$(MAKE) --no-print-directory -j 3 $(if $(NATIVE),,NARROW=1) \
-		test-processes test-without-kernels test-arithmetic)
+		test-processes test-without-kernels test-arithmetic test-stacks)
 	@$(BIN)/python -m tools.all_checks --age
 
 test-native:  #: `make test` with all instructions of this processor (ten minutes)
@@ -126,7 +127,10 @@ test-arithmetic: kernels $(STAMP)
 	nice -n 19 $(ON_TWO_CORES) $(ARITHMETIC) $(OWN_KERNELS:%=--ignore=%)
 
 test-processes: kernels $(STAMP)
-	$(PYTEST) $(foreach folder,$(WITHOUT_KERNELS) $(ARITHMETIC) tests/system/browser,--ignore=$(folder))
+	$(PYTEST) $(foreach folder,$(WITHOUT_KERNELS) $(ARITHMETIC) $(STACKS) tests/system/browser,--ignore=$(folder))
+
+test-stacks: kernels test-without-kernels
+	$(PYTEST) $(STACKS)
 
 # the unit tests run on each further Python that runs, without kernels
 ci: lint types test  ## what continuous integration runs: style, types, every test, the unit tests on other Pythons
