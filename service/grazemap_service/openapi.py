@@ -9,9 +9,10 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
 from grazemap.wire import PROCESSES
+from grazemap.wire.problems import make_problem
 from grazemap_service.jobs import PREFIX
 from grazemap_service.middleware import OPEN_PATHS
-from grazemap_service.problems import KINDS, MEDIA_TYPE, make_problem
+from grazemap_service.problems import MEDIA_TYPE
 from grazemap_service.result_schemas import JOB, job_components, job_name, reference, result_components
 
 _PROBLEM = {"$ref": "#/components/schemas/Problem"}
@@ -77,13 +78,13 @@ def problem_responses(*kinds: str) -> dict[int | str, dict[str, Any]]:
     """Return the `responses` of an operation that may answer with these kinds of problem."""
     responses: dict[int | str, dict[str, Any]] = {}
     for kind in kinds:
-        row = KINDS[kind]
-        text = f"{row.title}: {row.meaning}"
+        problem = make_problem(kind)
+        text = f"{problem.title}: {problem.detail}"
         content = responses.setdefault(
-            row.status, {"description": "", "content": {MEDIA_TYPE: {"schema": _PROBLEM, "examples": {}}}}
+            problem.status, {"description": "", "content": {MEDIA_TYPE: {"schema": _PROBLEM, "examples": {}}}}
         )
         content["description"] = " ".join(filter(None, (content["description"], text)))
-        content["content"][MEDIA_TYPE]["examples"][kind] = {"value": make_problem(kind).model_dump(mode="json")}
+        content["content"][MEDIA_TYPE]["examples"][kind] = {"value": problem.model_dump(mode="json")}
     return responses
 
 

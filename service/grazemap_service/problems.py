@@ -1,6 +1,6 @@
 """Every error that the service can answer with, as problem details after RFC 9457.
 
-One table has type, title and status of each kind of problem. A router raises `ProblemException`. The handlers here turn
+A router raises `ProblemException`. The handlers here turn
 this exception, the errors of the framework and those of the store into application/problem+json. A problem never
 repeats data that the client sent.
 """
@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import redis.exceptions
 import structlog
@@ -21,71 +21,15 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Match
 
-from grazemap.constants import PROBLEM_PREFIX
 from grazemap.wire import PROCESSES, Problem, ProblemError
 from grazemap.wire.error_details import errors_of
+from grazemap.wire.problems import make_problem
 from grazemap_worker.store import BacklogFull, QuotaExceeded, is_away, is_full, trouble
 
 MEDIA_TYPE = "application/problem+json"
 STORE_RETRY_SECONDS = 2
 
 
-class Kind(NamedTuple):
-    """One kind of problem."""
-
-    title: str
-    """Title of the problem."""
-    status: int
-    """HTTP status."""
-    meaning: str
-    """What is wrong, and what to do; the detail of a problem without one of its own."""
-
-
-KINDS: dict[str, Kind] = {
-    "malformed-json": Kind(
-        "Malformed JSON", 400, "The body is not JSON in UTF-8, is nested too deeply, or has repeated or too many names."
-    ),
-    "host-not-allowed": Kind(
-        "Host not allowed",
-        400,
-        "The Host header names none of the allowed hosts: use one, or add it to GRAZEMAP_ALLOWED_HOSTS.",
-    ),
-    "bad-request": Kind("Bad request", 400, "The request cannot be understood: /docs has requests to try."),
-    "key-required": Kind("Key required", 401, "The header `Authorization: Bearer <key>` is missing or wrong."),
-    "not-found": Kind("Not found", 404, "There is nothing at this address: /openapi.json has all that exist."),
-    "unknown-process": Kind("Unknown process", 404, "There is no process of this name: GET /v1 lists them."),
-    "unknown-job": Kind("Unknown job", 404, "There is no job with this id: post its request to compute it."),
-    "unfinished-tile": Kind("Unfinished tile", 404, "The job has no finished tile of this number: follow its events."),
-    "method-not-allowed": Kind("Method not allowed", 405, "The address does not allow this method; see Allow."),
-    "not-acceptable": Kind(
-        "Not acceptable", 406, "None of the requested representations is available: ask for JSON or npz."
-    ),
-    "unfinished-job": Kind("Unfinished job", 409, "The job has no result yet: follow its events, or try again later."),
-    "dismissed-job": Kind("Dismissed job", 409, "The job was dismissed: post its request again to compute it."),
-    "outdated-job": Kind("Outdated job", 409, "The job is of another version: post its request again."),
-    "body-too-large": Kind(
-        "Body too large", 413, "The body is over the byte limit: give ranges in place of long lists."
-    ),
-    "unsupported-media-type": Kind(
-        "Unsupported media type", 415, "The body must be application/json, without a Content-Encoding."
-    ),
-    "invalid-request": Kind(
-        "Invalid request", 422, "Values are missing, unknown or out of range; the errors name each of them."
-    ),
-    "too-much-work": Kind(
-        "Too much work",
-        422,
-        "The job is estimated to cost more than the limit: ask for fewer points or periods; the errors name both.",
-    ),
-    "queue-full": Kind("Queue full", 429, "Too much work is waiting; try again after Retry-After seconds."),
-    "internal-error": Kind("Internal error", 500, "The service failed; its log has the request id."),
-    "store-unavailable": Kind("Store unavailable", 503, "Redis is unavailable; try again after Retry-After seconds."),
-    "storage-full": Kind(
-        "Storage full",
-        507,
-        "The disk or the memory of Redis is full: nothing new is stored until there is space, and results are served.",
-    ),
-}
 _STATUS_KINDS = {404: "not-found", 405: "method-not-allowed"}
 
 
@@ -95,7 +39,7 @@ class ProblemException(HTTPException):
     Parameters
     ----------
     kind : str
-        A name in `KINDS`.
+        A name in `grazemap.wire.problems.KINDS`.
     detail : str
         A sentence for users, without anything that the client sent.
     errors : sequence of ProblemError
@@ -118,18 +62,6 @@ class ProblemException(HTTPException):
         self.problem = make_problem(kind, detail, errors)
         self.extensions = dict(extensions or {})
         super().__init__(self.problem.status, self.problem.detail, headers=dict(headers or {}))
-
-
-def make_problem(kind: str, detail: str = "", errors: Sequence[ProblemError] = ()) -> Problem:
-    """Return the problem of a kind; without `detail`, its detail is the meaning of the kind."""
-    row = KINDS[kind]
-    return Problem(
-        type=PROBLEM_PREFIX + kind,
-        title=row.title,
-        status=row.status,
-        detail=detail or row.meaning,
-        errors=list(errors),
-    )
 
 
 def invalid(pointer: str, detail: str, allowed: str) -> ProblemException:

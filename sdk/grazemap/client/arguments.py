@@ -16,7 +16,6 @@ from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
-from grazemap.constants import PROBLEM_PREFIX
 from grazemap.errors import ParameterError
 from grazemap.results import PeriodicOrbit, State
 from grazemap.wire import (
@@ -28,7 +27,6 @@ from grazemap.wire import (
     Interval,
     OrbitMotion,
     Oscillator,
-    Problem,
     ProblemError,
     ProcessRequest,
     Range,
@@ -41,6 +39,7 @@ from grazemap.wire.error_details import errors_of
 from grazemap.wire.error_texts import suggestion
 from grazemap.wire.observables import OutputRow
 from grazemap.wire.planes import ALLOWED, AXES, Axis, WindowAxis, vary_of
+from grazemap.wire.problems import make_problem
 from grazemap.wire.structure import is_of_sides
 
 OscillatorLike = Oscillator | Mapping[str, Any] | None
@@ -57,12 +56,6 @@ CoordinateLike = BasinCoordinate | Mapping[str, Any] | tuple[str, int, Any]
 RangesLike = Sequence[float | tuple[float, float] | StateRange | Mapping[str, float]]
 
 # The title and the detail of the service's problem.
-_INVALID_REQUEST = Problem(
-    type=f"{PROBLEM_PREFIX}invalid-request",
-    title="Invalid request",
-    status=422,
-    detail="Values are missing, unknown or out of range; the errors name each of them.",
-)
 _MOTION = (
     "(period, stops), e.g. (1, [1, 1, -1, -1]) for a motion 1-2r-2l that hits the right stop twice and then the left; "
     "a mapping, which may also have phases and velocities; or an orbit that was found"
@@ -120,7 +113,7 @@ def validated_each(process: Any, requests: Iterable[Any]) -> list[ProcessRequest
 
 def parameter_error(errors: Sequence[ProblemError]) -> ParameterError:
     """Return the exception for errors in a request that was not sent."""
-    return ParameterError(_INVALID_REQUEST.model_copy(update={"errors": errors}))
+    return ParameterError(make_problem("invalid-request", errors=errors))
 
 
 def refusal(pointer: str, detail: str, allowed: str) -> ParameterError:

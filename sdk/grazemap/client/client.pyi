@@ -826,7 +826,7 @@ class Client:
         max_periods : int
             Forcing periods after which a trajectory that has not settled ends; its motion may be chaotic.
         max_period : int
-            The longest period looked for, in forcing periods.
+            The maximum period looked for, in forcing periods.
         progress : bool
             Whether a bar is shown on a terminal or below a notebook's cell during the computation, and elsewhere a line
             on stderr for what it waits for longer than 5 s.
@@ -899,7 +899,7 @@ class Client:
         max_periods : int
             Forcing periods after which a trajectory that has not settled ends; its motion may be chaotic.
         max_period : int
-            The longest period looked for, in forcing periods.
+            The maximum period looked for, in forcing periods.
         progress : bool
             Whether a bar is shown on a terminal or below a notebook's cell during the computation, and elsewhere a line
             on stderr for what it waits for longer than 5 s.

@@ -20,6 +20,7 @@ from grazemap.client.cache import ResultCache
 from grazemap.errors import ConnectionFailed, NotFound, ProtocolError, ServiceProblem, problem_exception
 from grazemap.version import __version__
 from grazemap.wire import Problem
+from grazemap.wire.problems import make_problem
 
 _ADDRESS = "base_url must look like http://host:port or https://host"
 # The characters of a key in a header; an empty key counts as no key.
@@ -29,13 +30,7 @@ JOB_ID = re.compile(r"[0-9A-Za-z_-]{1,128}")
 _GROUP = re.compile(r"[A-Za-z0-9._-]{1,64}")
 # Identifies this process to a service without keys, which shares its workers fairly between clients.
 _CLIENT_ID = secrets.token_hex(8)
-# The same problem as the service's own.
-UNKNOWN_JOB = Problem(
-    type=f"{constants.PROBLEM_PREFIX}unknown-job",
-    title="Unknown job",
-    status=404,
-    detail="There is no job with this id.",
-)
+UNKNOWN_JOB = make_problem("unknown-job")
 
 
 class ConnectionSettings:

@@ -10,7 +10,7 @@ from grazemap.wire.base import Float, Kind, Listable, Request, invalid
 from grazemap.wire.basins import INSIDE_STOPS
 from grazemap.wire.planes import OneParameterRequest
 from grazemap.wire.process import Operation
-from grazemap.wire.states import MaxPeriods, Period, Seed
+from grazemap.wire.states import MaxPeriod, MaxPeriods, Seed
 
 
 class StateRange(Request):
@@ -73,8 +73,7 @@ class BasinFractionsRequest(OneParameterRequest):
     phase: Float = 0.0
     """Phase of the forcing at the start, in radians; harmonic k is shifted by k times as much."""
     max_periods: MaxPeriods = 1000
-    max_period: Period = 32
-    """The longest period looked for, in forcing periods."""
+    max_period: MaxPeriod = 32
 
     @model_validator(mode="after")
     def _ranges_fit(self) -> BasinFractionsRequest:

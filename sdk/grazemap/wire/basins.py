@@ -11,7 +11,7 @@ from pydantic import AfterValidator, Field, model_validator
 from grazemap.wire.base import Grid, Places, Request, invalid, parts_in_long_form, plain
 from grazemap.wire.planes import AXES, ends_of
 from grazemap.wire.process import Operation, PointRequest
-from grazemap.wire.states import InitialState, MaxPeriods, Period
+from grazemap.wire.states import InitialState, MaxPeriod, MaxPeriods
 from grazemap.wire.structure import as_pair
 
 INSIDE_STOPS = "-clearance < contact coordinate < clearance, of the left and the right stop"
@@ -105,8 +105,7 @@ class BasinsRequest(PointRequest):
     initial: InitialState = InitialState()
     """All other coordinates, and the phase of the forcing."""
     max_periods: MaxPeriods = 1000
-    max_period: Period = 32
-    """The longest period looked for, in forcing periods."""
+    max_period: MaxPeriod = 32
 
     @classmethod
     def long_form(cls, values: Any) -> tuple[Any, Places]:

@@ -10,10 +10,10 @@ from pydantic import BaseModel, Field
 
 from grazemap.version import __version__
 from grazemap.wire import ServiceStatus
+from grazemap.wire.problems import make_problem
 from grazemap_service.context import Context, CurrentContext
 from grazemap_service.metrics import with_zeros
 from grazemap_service.openapi import problem_responses
-from grazemap_service.problems import KINDS
 from grazemap_worker.store import is_full
 
 router = APIRouter(tags=["operations"])
@@ -87,7 +87,7 @@ def _status(context: Context) -> ServiceStatus:
     except redis.exceptions.RedisError as error:
         if not is_full(error):
             raise
-        ready, detail = False, KINDS["storage-full"].meaning
+        ready, detail = False, make_problem("storage-full").detail
     return ServiceStatus(
         version=__version__,
         ready=ready,

@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 import yaml
 
-from grazemap_service.problems import KINDS, make_problem
+from grazemap.wire.problems import KINDS, make_problem
 from grazemap_service.settings import ServiceSettings
 from tests.support.service_running import CURVE, connect_to, is_closed, running, stalled_reader
 from tests.support.watching import until

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from grazemap.constants import PROBLEM_PREFIX
 from grazemap.wire import Problem, ProblemError
+from grazemap.wire.problems import make_problem
 from grazemap_worker.planning import Plan
 from grazemap_worker.store.keys import ASSEMBLY, MAX_EXCEPTIONS, MAX_LOST
 from grazemap_worker.store.records import FailureKind
@@ -18,7 +16,7 @@ def refused_problem(detail: str, pointer: str | None = None) -> Problem:
     pointer to the field that the message is about.
     """
     errors = [ProblemError(pointer=pointer, detail=detail)] if pointer else []
-    return _problem("computation-refused", 422, detail, errors)
+    return make_problem("computation-refused", detail, errors)
 
 
 def failure_problem(kind: FailureKind, tile: int, plan: Plan, limit: str = "") -> Problem:
@@ -45,7 +43,7 @@ def failure_problem(kind: FailureKind, tile: int, plan: Plan, limit: str = "") -
     else:
         name = "worker-lost"
         detail = f"{where} lost its worker {MAX_LOST} times before it ended; the workers' log has details."
-    return _problem(name, 500, detail[0].upper() + detail[1:])
+    return make_problem(name, detail[0].upper() + detail[1:])
 
 
 def costly_problem(estimate: float, spent: float, limit: float) -> Problem:
@@ -54,17 +52,10 @@ def costly_problem(estimate: float, spent: float, limit: float) -> Problem:
         f"The job was estimated to take {estimate:.3g} s of processor time and has taken {spent:.3g} s; its limit is "
         f"{limit:.3g} s. Its finished tiles are kept for a while: post the request again to go on, or ask for less."
     )
-    return _problem("too-much-time", 500, detail)
+    return make_problem("too-much-time", detail)
 
 
-def _problem(name: str, status: int, detail: str, errors: Sequence[ProblemError] = ()) -> Problem:
-    title = name.replace("-", " ").capitalize()
-    return Problem(type=PROBLEM_PREFIX + name, title=title, status=status, detail=detail, errors=list(errors))
-
-
-OUTDATED_PROBLEM = _problem(
-    "core-outdated", 409, "The workers were updated before the job was done: post its request again."
-)
+OUTDATED_PROBLEM = make_problem("core-outdated")
 """The problem of a job whose core version no worker has any more."""
-FULL_PROBLEM = _problem("storage-full", 507, "The store is too full for this result: dismiss other jobs, or try later.")
+FULL_PROBLEM = make_problem("storage-full", "The store is too full for this result: dismiss other jobs, or try later.")
 """The problem of a job whose tiles or result do not fit into the store."""
