@@ -1,12 +1,12 @@
 """Peak memory of requests at every limit: `make memory`, or `python -m tests.slow.limits_of_memory [SECONDS [NAME]]`.
 
-Each request is one that the service takes. It is computed in a child process as a work-horse does, without Redis: its
-tiles, each as npz, then what joins them. After SECONDS of processor time (120) it is dismissed, as by its owner. The
-peak is what the child has had in memory. The program fails if one is over MOST_BYTES, or ends otherwise than with a
-result, a refusal of the core or its dismissal.
+Each request is one that the service takes. A child process computes it as a worker's compute process does, without
+Redis: its tiles, each as npz, then what joins them. After SECONDS of processor time (120) it is dismissed, as by its
+owner. The peak is what the child has had in memory. The program fails if one is over MOST_BYTES, or ends otherwise than
+with a result, a refusal of the core or its dismissal.
 
 Then a stack gets all of them at once. Those that are unfinished after SECONDS are dismissed; the program fails if a
-DELETE takes more than a second, if a work-horse is over MOST_BYTES or goes on, or if a job ends in any other way.
+DELETE takes more than a second, if a compute process is over MOST_BYTES or goes on, or if a job ends in any other way.
 """
 
 from __future__ import annotations
@@ -209,9 +209,9 @@ def together(names: Sequence[str], seconds: int) -> bool:
                 refused += error.code == 422
         ends = time.monotonic() + seconds
         while time.monotonic() < ends:
-            for _, horse in stack.busy_workers():
+            for _, compute_process in stack.busy_workers():
                 with suppress(psutil.NoSuchProcess):
-                    peak = max(peak, horse.memory_info().rss)
+                    peak = max(peak, compute_process.memory_info().rss)
             time.sleep(0.2)
         for job in jobs:
             began = time.monotonic()

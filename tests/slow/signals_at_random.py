@@ -2,7 +2,7 @@
 
 `python -m tests.slow.signals_at_random SEEDS SIGNALS` takes other numbers of them.
 
-A stack computes maps while its work-horses, workers, supervisor (also while it loads kernels), service, Redis and
+A stack computes maps while its compute processes, workers, supervisor (also while it loads kernels), service, Redis and
 parent get SIGKILL, or SIGSTOP that a SIGCONT follows after up to 12 s, or SIGSTOP alone; the parent is only stopped and
 continued. Then every map must have the bytes that a stack without signals computes and every tile one commit, and no
 process may be left that does not descend from the stack, and none after its end. A line for each seed says how many
@@ -33,7 +33,7 @@ from tests.support.running_stack import RunningStack
 from tests.support.watching import living, until
 
 SEEDS, SIGNALS = 5, 110
-TARGETS = {"horse": 5, "worker": 4, "supervisor": 2, "warm-up": 2, "service": 3, "redis": 1, "parent": 2}
+TARGETS = {"compute process": 5, "worker": 4, "supervisor": 2, "warm-up": 2, "service": 3, "redis": 1, "parent": 2}
 KILL, STOP, PAUSE = "SIGKILL", "SIGSTOP", "SIGSTOP and SIGCONT"
 LONGEST_PAUSE = 12.0
 # A stopped process is replaced in half that time, but its own watcher may be stopped too; Redis is given more.
@@ -79,7 +79,7 @@ class Disturbed:
             self._wait(self._random.uniform(0.1, 1.0))
             if self._random.random() < 0.25:
                 deadline = time.monotonic() + 10
-                while time.monotonic() < deadline and self._found("horse") is None:
+                while time.monotonic() < deadline and self._found("compute process") is None:
                     self._wait(0.2)
 
     def finish(self) -> None:
@@ -162,12 +162,12 @@ class Disturbed:
         parent = self._stack.process
         if target == "parent":
             return _running([parent])
-        if target in ("horse", "worker"):
+        if target in ("compute process", "worker"):
             return [
                 child
-                for above in self._all("worker" if target == "horse" else "supervisor")
+                for above in self._all("worker" if target == "compute process" else "supervisor")
                 for child in _running(_children(above))
-                if target == "horse" or "multiprocessing" not in _command(child)
+                if target == "compute process" or "multiprocessing" not in _command(child)
             ]
         word = {"supervisor": "-m grazemap_worker", "service": "-m grazemap_service", "redis": "unixsocket:"}[target]
         return [child for child in _running(_children(parent)) if word in _command(child)]

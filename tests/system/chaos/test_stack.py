@@ -64,13 +64,13 @@ def start() -> Iterator[Callable[..., RunningStack]]:
 def test_a_map_survives_every_kill_with_the_same_bytes(stack: RunningStack, undisturbed: bytes) -> None:
     identity = stack.request("/v1/unfolding-maps", MAP)["id"]
 
-    def a_horse_is_killed() -> bool:
+    def a_compute_process_is_killed() -> bool:
         with contextlib.suppress(psutil.NoSuchProcess):  # its tile may end before
             stack.a_busy_worker()[1].kill()
             return True
         return False
 
-    until(a_horse_is_killed)
+    until(a_compute_process_is_killed)
 
     worker, process = stack.a_busy_worker()
     worker.kill()

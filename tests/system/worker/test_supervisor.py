@@ -149,14 +149,14 @@ def a_compute_process(supervisor: psutil.Process) -> tuple[psutil.Process, psuti
     return process, worker
 
 
-def test_a_killed_work_horse_loses_only_its_attempt(start: Start, store: Store) -> None:
+def test_a_killed_compute_process_loses_only_its_attempt(start: Start, store: Store) -> None:
     supervisor = start("slow")
     job = submit(store)
     a_compute_process(supervisor)[0].kill()
     assert_whole(store, job.id)
 
 
-def test_the_work_horse_of_a_killed_worker_ends_and_its_tile_runs_again(start: Start, store: Store) -> None:
+def test_the_compute_process_of_a_killed_worker_ends_and_its_tile_runs_again(start: Start, store: Store) -> None:
     supervisor = start("slow")
     job = submit(store)
     process, worker = a_compute_process(supervisor)
