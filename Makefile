@@ -173,8 +173,9 @@ first-start: $(STAMP)  #: what `grazemap up` says on a first start: every Python
 latency: $(STAMP)  #: the time of small requests to a service that is started by itself, and to `grazemap up`
 	$(BIN)/python -m tools.latency
 
-thorough: kernels $(STAMP)  #: tests that take long, of whose kind `make test` has quicker ones (five minutes)
-	$(BIN)/python -m pytest -m thorough tests
+thorough: kernels $(STAMP)  #: tests that take long, of whose kind `make test` has quicker ones (half an hour)
+	$(ON_TWO_CORES) -m thorough tests/unit
+	$(PYTEST) -m thorough tests/system --ignore=tests/system/browser
 
 general: $(STAMP)  #: systems of any structure and stops against many digits; SHARE=0.05 takes a part (half an hour)
 	$(BIN)/python -m tests.slow.general_checks
