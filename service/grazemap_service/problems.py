@@ -1,8 +1,7 @@
-"""Every error that the service can answer with, as problem details after RFC 9457.
+"""Every error that the service can answer with, as a problem of a kind in `grazemap.wire.problems`.
 
-A router raises `ProblemException`. The handlers here turn
-this exception, the errors of the framework and those of the store into application/problem+json. A problem never
-repeats data that the client sent.
+A router raises `ProblemException`. The handlers here turn this exception, the errors of the framework and those of the
+store into application/problem+json. A problem never repeats data that the client sent.
 """
 
 from __future__ import annotations
@@ -28,8 +27,6 @@ from grazemap_worker.store import BacklogFull, QuotaExceeded, is_away, is_full, 
 
 MEDIA_TYPE = "application/problem+json"
 STORE_RETRY_SECONDS = 2
-
-
 _STATUS_KINDS = {404: "not-found", 405: "method-not-allowed"}
 
 

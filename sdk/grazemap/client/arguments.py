@@ -55,7 +55,6 @@ OutputLike = OutputRow | Mapping[str, Any]
 CoordinateLike = BasinCoordinate | Mapping[str, Any] | tuple[str, int, Any]
 RangesLike = Sequence[float | tuple[float, float] | StateRange | Mapping[str, float]]
 
-# The title and the detail of the service's problem.
 _MOTION = (
     "(period, stops), e.g. (1, [1, 1, -1, -1]) for a motion 1-2r-2l that hits the right stop twice and then the left; "
     "a mapping, which may also have phases and velocities; or an orbit that was found"

@@ -30,7 +30,7 @@ JOB_ID = re.compile(r"[0-9A-Za-z_-]{1,128}")
 _GROUP = re.compile(r"[A-Za-z0-9._-]{1,64}")
 # Identifies this process to a service without keys, which shares its workers fairly between clients.
 _CLIENT_ID = secrets.token_hex(8)
-UNKNOWN_JOB = make_problem("unknown-job")
+UNKNOWN_JOB = make_problem("unknown-job", "There is no job with this id.")
 
 
 class ConnectionSettings:

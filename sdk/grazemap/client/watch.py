@@ -90,7 +90,8 @@ class Follower:
             again = not self._done and 0 < broken < constants.STREAM_ATTEMPTS
             if again and not self._near_deadline():
                 await self._connection.sleep(pause(broken - 1))
-        if self.job is not None and not self._done:
+        if not self._done:
+            assert self.job is not None
             for event in last_events(self.job):
                 yield event
 

@@ -47,7 +47,8 @@ _OF_JSON = frozenset({float, int, bool, str, list, dict, NoneType})
 class Request(BaseModel):
     """A request body, or a part of one; wrong fields raise pydantic's ValidationError, which names them.
 
-    The text below a field is its description in the API's document; some types, as `MaxPeriods`, have their own.
+    The text below a field is its description in the API's document; a field without a text has that of its type, such
+    as `states.MaxPeriods`.
     """
 
     model_config = ConfigDict(
@@ -108,7 +109,7 @@ class Request(BaseModel):
         return "".join(f"/{part}" for part in as_written(tuple(pointer.split("/")[1:]), self.written_places))
 
     def _replace(self, name: str, value: object) -> None:
-        """Replace a field by what its validation makes of it; the model is frozen for all others."""
+        """Replace a field by what the validation of this model makes of it, although the model is frozen."""
         object.__setattr__(self, name, value)
 
     def unused(self) -> Collection[str]:
@@ -218,7 +219,7 @@ Count = Annotated[int, Field(ge=1), Listable]
 OptionalCount = Annotated[int, Field(ge=0), Listable]
 Share = Annotated[float, Field(ge=0, le=1), Listable]
 _Item = TypeVar("_Item")
-# Lists fail fast: naming each of a million wrong numbers would take seconds.
+# These lists fail fast: naming each of a million wrong numbers would take seconds.
 NonEmpty = Annotated[list[_Item], Field(min_length=1, fail_fast=True), Listable]
 Float = Annotated[float, _OF_ANY_SIGN_SIZED, Sized, Listable]
 Positive = Annotated[float, _POSITIVE_SIZED, Sized, Listable]
