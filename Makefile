@@ -173,7 +173,7 @@ first-start: $(STAMP)  #: what `grazemap up` says on a first start: every Python
 latency: $(STAMP)  #: the time of small requests to a service that is started by itself, and to `grazemap up`
 	$(BIN)/python -m tools.latency
 
-thorough: kernels $(STAMP)  #: tests that take long, of whose kind `make test` has quicker ones (half an hour)
+thorough: kernels $(STAMP)  #: tests that take long, of whose kind `make test` has quicker ones (twenty minutes)
 	$(ON_TWO_CORES) -m thorough tests/unit
 	$(PYTEST) -m thorough tests/system --ignore=tests/system/browser
 
