@@ -47,7 +47,7 @@ class OrbitPoint(NamedTuple):
 
 
 def at_point(oscillator: Oscillator, orbit: PeriodicOrbit | OrbitPoint) -> OrbitPoint:
-    """Return an orbit with its values of all parameters: if none are given those of the oscillator, with factors 1."""
+    """Return an orbit with the values of all parameters: without any, those of the oscillator, with factors 1."""
     if isinstance(orbit, OrbitPoint):
         return orbit
     return OrbitPoint(orbit, ParameterPoint.of(oscillator, orbit.omega, orbit.clearance))
@@ -55,7 +55,7 @@ def at_point(oscillator: Oscillator, orbit: PeriodicOrbit | OrbitPoint) -> Orbit
 
 @dataclass(frozen=True, eq=False)
 class OrbitBranch(ParameterCurve):
-    """A branch of periodic orbits: m of them in the order of the branch, with k impacts each."""
+    """A branch of m periodic orbits in its order, with k impacts each."""
 
     parameter: Parameter
     """One of `parameters.PARAMETERS`."""
@@ -74,7 +74,7 @@ class OrbitBranch(ParameterCurve):
     symmetric: bool
     """Whether the impacts are those of half the period; those of the other half are their mirror images."""
     multipliers: Complexes
-    """(m, 2N) Over the period, by decreasing modulus; NaN where impacts come together."""
+    """(m, 2N) Multipliers over the period, by decreasing modulus; NaN where two impacts come together."""
     isolated: Booleans
     """(m,) As in `PeriodicOrbit`."""
     admissible: Booleans
@@ -110,11 +110,11 @@ def orbit_branch(
     ----------
     oscillator : Oscillator
     orbit : PeriodicOrbit or OrbitPoint
-        Converged, an orbit of this oscillator, or of it with the values of the point. A symmetric orbit is continued as
-        a symmetric one, if the parameter keeps the stops symmetric.
+        A converged orbit of this oscillator or, for an OrbitPoint, of this oscillator with the values of the point. A
+        symmetric orbit is continued as a symmetric one, if the parameter keeps the stops symmetric.
     start, stop : float
-        Range of the parameter, start < stop, which contains the orbit's value: within [0, 1] for restitutions, above 0
-        for the frequency, one clearance of both stops, and the factor of the forces.
+        Range of the parameter, start < stop, which contains the orbit's value. It lies within [0, 1] for a restitution,
+        and above 0 for the frequency, the clearance of both stops together, and the factor of the forces.
     parameter : str
         What varies: one of `parameters.PARAMETERS`, or a parameter of the structure.
     longest_step : float
@@ -128,9 +128,9 @@ def orbit_branch(
     Raises
     ------
     ParameterError
-        The orbit has not converged, a number is out of range, or the parameter does not exist for these stops.
+        The orbit has not converged, a number is out of range, or an oscillator with these stops has no such parameter.
     SteadyMotionError, ConditioningError
-        As for `periodic_orbits.periodic_orbit`; anywhere on the branch, when the frequency varies.
+        As for `periodic_orbits.periodic_orbit`; if the frequency varies, at any point of the branch.
     """
     orbit, values = at_point(oscillator, orbit)
     if not orbit.converged:
@@ -155,7 +155,7 @@ def orbit_branch(
     rising = np.zeros(len(unknowns))
     rising[-1] = 1.0
     tangent = path.tangent(unknowns, rising)
-    if tangent is None:  # a saddle-node: both sides are equivalent
+    if tangent is None:  # a saddle-node, from which the parameter falls both ways, or rises: either direction will do
         tangent = np.linalg.svd(path.equations(unknowns)[1])[2][-1]
 
     ahead, after, end = _follow(path, first, tangent, bounds, longest_step, max_points, to_special)

@@ -1,7 +1,7 @@
 """Basins of attraction: the motion that every initial state of a rectangle leads to, at one omega and clearance.
 
-`basin_tile` finds the motions of a rectangle of two initial coordinates, tile by tile. `attractors` identifies the
-attractors from all tiles, and which state leads to which.
+`basin_tile` finds the motions of one tile of a rectangle of two initial coordinates. `attractors` takes the arrays of
+all tiles and returns the attractors, and which state leads to which.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Attractor:
     """A motion to which initial states of the rectangle lead."""
 
     kind: str
-    """One of `motion.KINDS`. All motions of a kind that is not periodic are one entry."""
+    """One of `motion.KINDS`. Each kind that is not periodic has one entry for all its motions."""
     period: int | None
     """As in `unfolding.unfolding_map_tile`; None unless periodic."""
     impacts_right: int | None
@@ -63,17 +63,18 @@ class Attractor:
     sticking: bool | None
     """As in `unfolding.unfolding_map_tile`; None unless periodic."""
     mean_position: float | None
-    """Mean of the contact coordinate at the initial phase of the forcing, less the steady motion, in units of the
+    """Mean of the contact coordinate minus the steady motion, at the initial phase of the forcing, in units of the
     clearance. With `mean_velocity` it distinguishes motions of the same name, such as mirror images."""
     mean_velocity: float | None
-    """Mean of its rate there, likewise, in units of omega times the clearance."""
+    """Mean of the velocity of the contact minus that of the steady motion, at this phase, in units of omega times the
+    clearance."""
     multiplier: float
     """Largest modulus of the multipliers over a period; NaN for motions that are not periodic."""
     lyapunov: float
     """Largest exponent per forcing period; for motions that are not periodic, the mean over the states that lead
     there."""
     verified: bool
-    """Whether a periodic motion is verified, from every state that leads there."""
+    """Whether the motion is periodic and was verified from every state that leads there."""
     states: int
     """Number of states that lead there."""
     share: float
@@ -95,7 +96,7 @@ def basin_tile(
 ) -> dict[str, NDArray[Any]]:
     """Find the motion that trajectories settle to from every state of a rectangle.
 
-    Every state is computed independently of the others, so a rectangle cut into tiles gives the same bytes.
+    Every state is computed independently, so a rectangle cut into tiles gives the same bytes.
 
     Parameters
     ----------
@@ -104,7 +105,7 @@ def basin_tile(
     clearance : float, or (float or None, float or None)
         As in `trajectories.trajectory`.
     horizontal, vertical : Coordinate
-        Two different ones.
+        The two coordinates that vary; they must differ.
     displacement, velocity : (N,)
         All other coordinates, by default those of the static equilibrium at rest.
     phase : float
@@ -115,7 +116,7 @@ def basin_tile(
     Returns
     -------
     dict of arrays of shape (n, m), [vertical, horizontal]
-        The arrays of `unfolding.unfolding_map_tile`, mean_position and mean_velocity (float64; NaN unless periodic).
+        The arrays of `unfolding.unfolding_map_tile`; mean_position and mean_velocity (float64; NaN unless periodic).
 
     Raises
     ------
@@ -173,7 +174,7 @@ def initial_states(
     displacement: ArrayLike | None,
     velocity: ArrayLike | None,
 ) -> tuple[Floats, Floats]:
-    """Return the coordinates that do not vary, (2, N), and the two that do, (n, m, 2, N), 0 in the former.
+    """Return a state (2, N) with 0 in the two coordinates that vary, and what to add for every state, (n, m, 2, N).
 
     Arguments and errors are those of `basin_tile`.
     """
@@ -231,7 +232,7 @@ def attractors(arrays: dict[str, NDArray[Any]]) -> tuple[NDArray[np.int16], list
             group[members[cluster]] = count
             count += 1
     sizes = np.bincount(group[group >= 0], minlength=count)
-    # of equally frequent ones, the one found first
+    # attractors of as many states are in the order of their first states
     first = np.array([np.argmax(group == g) for g in range(count)], dtype=np.int64)
     order = np.lexsort([first, -sizes])
     position = np.full(count + 1, -1, dtype=np.int16)
@@ -254,7 +255,7 @@ def _index(role: str, coordinate: Coordinate, size: int) -> tuple[int, int]:
 def _clusters(means: Floats) -> list[Integers]:
     """Return the members of each cluster of points (n, 2): points connected by distances up to the tolerance."""
     tolerance = SEPARATION * LIMIT_DISTANCE
-    # points of one cell are connected; only those of cells at most two apart can be
+    # points of one cell are connected; points of different cells can be only if the cells are at most two apart
     cells, cell = np.unique(np.floor(means * (math.sqrt(2.0) / tolerance)), axis=0, return_inverse=True)
     members = np.split(np.argsort(cell, kind="stable"), np.cumsum(np.bincount(cell))[:-1])
     trees = [cKDTree(means[which]) for which in members]

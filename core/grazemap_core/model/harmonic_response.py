@@ -1,6 +1,6 @@
 """The steady motion without impacts: the response of a structure to its harmonic forces, as complex amplitudes.
 
-The linear system is solved without modes, whether or not the damping is diagonal in them.
+The linear system is solved directly, not by modes, so the damping need not be diagonal in them.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ FREQUENCIES_AT_ONCE = 2**16
 
 
 def require_forced(oscillator: Oscillator) -> None:
-    """Raise ParameterError if nothing is forced: the contact coordinate then never reaches a stop."""
+    """Raise ParameterError if no force acts: the steady motion of the contact then never reaches a stop."""
     if not oscillator.drive:
         raise ParameterError("forcing", "is zero on every mass, so no motion ever grazes")
 
@@ -67,7 +67,8 @@ def contact_response(oscillator: Oscillator, omega: ArrayLike) -> Complexes:
     require_damped(oscillator)
     amplitudes = np.empty((len(values), len(oscillator.drive)), dtype=np.complex128)
     for h, harmonic in enumerate(oscillator.drive):
-        for first in range(0, len(values), FREQUENCIES_AT_ONCE):  # the amplitudes of all masses take memory
+        # in pieces, because the amplitudes of all masses take memory
+        for first in range(0, len(values), FREQUENCIES_AT_ONCE):
             some = values[first : first + FREQUENCIES_AT_ONCE]
             response = oscillator.structure.response(
                 harmonic.order * some, harmonic.amplitudes(some), oscillator.contact
@@ -99,8 +100,8 @@ def response_and_slope(
 ) -> tuple[Complexes, Complexes, Booleans]:
     """Return the amplitudes of q in one harmonic, their derivatives, and where the amplitudes exist; (n,) each.
 
-    A derivative follows from one more solution with the same matrix (theory, "Any linear structure"). It is NaN where
-    this second solution does not exist.
+    Each derivative takes a second solution with the same matrix (theory, "Any linear structure"). It is NaN where that
+    solution does not exist.
     """
     steady = oscillator.structure.response(harmonic.order * omega, harmonic.amplitudes(omega), oscillator.contact)
     return steady.coordinate, response_slope(oscillator, omega, harmonic, steady.amplitudes), steady.exists
@@ -140,5 +141,5 @@ def harmonic_amplitudes(oscillator: Oscillator, omega: Floats, harmonic: Harmoni
 
 
 def hidden_by_rounding(amplitude: float | Floats, clearance: Floats) -> Booleans:
-    """Return where the round-off of a reference motion of q is too large compared with the clearance."""
+    """Return where the round-off of a reference motion, of this amplitude in q, is too large for the clearance."""
     return EPSILON * amplitude > RESONANCE_ROUNDING * clearance

@@ -39,7 +39,7 @@ from grazemap_core.simulation.tolerances import LENGTH_ROUNDING
 from grazemap_core.tolerances import EPSILON
 
 OUTSIDE = 2
-"""In place of a stop: the contact is beyond one."""
+"""Returned in place of a stop: the contact is beyond a stop."""
 
 EVENTS = 64
 """Initial capacity of the record of a run, in events."""
@@ -64,7 +64,7 @@ class ForcedOscillator:
     oscillator: Oscillator
     """The oscillator; the orders of its forces have no common divisor but 1."""
     omega: float
-    """Angular frequency with the period of the forces, 2 pi/omega; a multiple of the frequency of the request."""
+    """Angular frequency of the forces' own period, 2 pi/omega; a multiple of the frequency of the request."""
     clearance: Clearance
     """Clearances of the stops."""
     models: HeldModel
@@ -79,18 +79,18 @@ class ForcedOscillator:
         Raises
         ------
         ParameterError
-            The gap of the nearer stop and the steady motion are 0, so there is no unit of length (`Stops.unit`).
+            Both the gap of the nearer stop and the steady motion are 0: there is no unit of length (`Stops.unit`).
         """
         require_length(self._stops.unit)
         return self._stops
 
     def stops_from(self, state: State) -> Stops:
-        """Return the stops of the trajectory from a state; where they have no unit of length, that is the state's.
+        """Return the stops of the trajectory from a state, which provides the unit of length if they have none.
 
         Raises
         ------
         ParameterError
-            The state is the equilibrium at rest to rounding too, so there is no unit of length.
+            The state, too, is to rounding the equilibrium at rest: there is no unit of length.
         """
         stops = self._stops
         if stops.unit > self._unit_rounding:
@@ -102,7 +102,7 @@ class ForcedOscillator:
     def _lengths(self, state: State) -> Iterator[float]:
         """Yield the lengths of a trajectory from a state; the first one that is not 0 is its unit.
 
-        A contact at rest on its stop has none, but other masses may move it later: theirs are last.
+        A contact at rest on its stop gives no length, but other masses may move it later: their lengths are last.
         """
         stops, contact = self._stops, self.oscillator.contact
         between = 0.5 * (stops.right + stops.left)
@@ -156,24 +156,24 @@ class ForcedOscillator:
         return cell_problem(self.models, self.steady, self.omega)
 
     def problems(self, phase: float) -> tuple[CellProblem, HeldProblem]:
-        """Return the arrays of the kernels for a forcing phase at t = 0; arrays that change in place are new."""
+        """Return the kernels' arrays for a forcing phase at t = 0; those that are changed in place are new."""
         return at_phase(*self._at_phase_zero, self.models, self.steady, phase)
 
 
 @dataclass(eq=False)
 class Start:
-    """A trajectory at its start; if it starts by moving into a stop, after this impact."""
+    """A trajectory at its start; if the contact starts on a stop and moves into it, just after this impact."""
 
     problem: CellProblem
     """The oscillator, for the kernels."""
     held: HeldProblem
-    """The oscillator with the contact at rest, for the kernels; its `state` is the current one while q rests."""
+    """The oscillator with the contact at rest, for the kernels; its `state` is the current state while it rests."""
     steady: Complexes
     """(H, 2, N + 1) As `ForcedOscillator.steady`, the initial phase included."""
     stops: Stops
     """From `ForcedOscillator.stops_from`."""
     u: Floats
-    """(N, 2) Current state while q is free; the kernels change it in place, as well as `held` and `work`."""
+    """(N, 2) Current state while q is free. The kernels change it, `held` and `work` in place."""
     work: Workspace = field(repr=False)
     """Workspace, whose record contains the impact at the start, if there is one."""
     status: int
@@ -183,7 +183,7 @@ class Start:
 def forced_oscillator(oscillator: Oscillator, omega: float, clearance: Clearance) -> ForcedOscillator:
     """Return an oscillator with a forcing frequency > 0 and the clearance of its stops, at its own period.
 
-    One number > 0 is the clearance of both stops. Of two, one may be None for an absent stop, or negative if their sum
+    One number > 0 is the clearance of both stops. Of a pair, one may be None for an absent stop, or negative if the sum
     is positive.
 
     Raises
@@ -208,14 +208,15 @@ def forced_oscillator(oscillator: Oscillator, omega: float, clearance: Clearance
 def initial_state(
     forced: ForcedOscillator, displacement: Floats | None, velocity: Floats | None, phase: float, where: str = ""
 ) -> State:
-    """Return a validated state. Left out, displacements are those of `ForcedOscillator.rest`, and velocities are 0.
+    """Return a validated state; by default displacements are those of `ForcedOscillator.rest`, and velocities are 0.
 
     `where` is put before the name of the parameter in an error.
 
     Raises
     ------
     ParameterError
-        A number is not finite, there is not one per mass, the contact is outside the stops, or nothing moves it.
+        A number is not finite, there is not one per mass, the contact is outside the stops, or neither the
+        forces nor the state ever move it.
     """
     if not math.isfinite(phase):
         raise ParameterError(f"{where}phase", "must be finite")
@@ -232,7 +233,7 @@ def initial_state(
 def touched_stop(oscillator: Oscillator, clearances: tuple[float, float], displacement: Floats) -> int:
     """Return the stop on which the contact is, 0 between the stops, or OUTSIDE.
 
-    Where several displacements make up the contact coordinate, it is on a stop to within its round-off.
+    If the contact coordinate is a sum of several displacements, the round-off of this sum is allowed for.
     """
     place, rounding = _contact_coordinate(oscillator, displacement)
     for stop, clearance in zip((1, -1), clearances, strict=True):
@@ -267,7 +268,7 @@ def start(forced: ForcedOscillator, state: State) -> Start:
     """Return the trajectory that starts from a state of `initial_state`.
 
     If the contact starts on a stop, moving into it is an impact; at rest it stays there if it is accelerated toward the
-    stop. Where several velocities make up that of the contact, it is at rest to within its round-off.
+    stop. If the velocity of the contact is a sum of several velocities, the round-off of this sum counts as rest.
     """
     problem, held = forced.problems(state.phase)
     orders, place = problem.orders, state.displacement - forced.equilibrium
@@ -301,7 +302,7 @@ def _start_on_stop(
 
 
 def longer_record(work: Workspace, most: int = sys.maxsize) -> Workspace:
-    """Return a workspace whose record is four times as long, but at most `most` events, with the same events."""
+    """Return a workspace with the same events and room for four times as many, but for at most `most`."""
     rows, columns = work.events.shape
     events = np.zeros((min(4 * rows, most), columns))
     events[:rows] = work.events
@@ -311,8 +312,9 @@ def longer_record(work: Workspace, most: int = sys.maxsize) -> Workspace:
 def state_at(forced: ForcedOscillator, run: Start, phase: float) -> State:
     """Return the current state of a run as an initial state at this forcing phase.
 
-    At rest, and during the summed impacts before it, the contact is exactly on its stop; near a stop that it has left,
-    its gap and speed are those of the workspace; round-off never places it beyond a stop. Overwrites `run.held`.
+    While the contact rests, or makes the summed impacts before that, it is exactly on its stop. Near a stop that it has
+    left, its gap and speed are those of the workspace. Round-off never places it beyond a stop. `run.held` is
+    overwritten.
     """
     count, held = forced.oscillator.size, run.held
     anchor, resting = int(run.work.cursor[ANCHOR]), int(run.work.cursor[HELD])

@@ -1,10 +1,11 @@
 """A free motion with unit impulses at equal intervals, and the contacts of its orbits with a stop between them.
 
-`contact_angle` returns the angle on the branch of single-impact orbits at which a further contact appears: the maximum
-over all times between two impacts. The search halves cells until bounds decide (theory, "One impact a period").
+`contact_angle` returns the angle on the branch of single-impact orbits at which a further contact appears: the largest
+``atan2(N(t), D(t))`` over all times t between two impacts, with N and D as in `_distance`. The search halves cells
+until bounds decide (theory, "One impact a period").
 
-Let P(t) be the distance beyond the stop. The third derivative of the motion is bounded by the energies of the blocks,
-which never increase. A cell is decided when
+Where ``P(t) = N(t) cos(angle) - D(t) sin(angle)`` is positive, the contact is beyond the stop. The third derivative of
+the motion is bounded by the energies of the blocks, which never increase. A cell is decided when
 
 - P is negative on it by its value, slope, curvature and that bound;
 - P is monotone on it, so that its maximum is at an end;
@@ -35,7 +36,7 @@ from grazemap_core.records import NamedTuple
 from grazemap_core.tolerances import EPSILON
 
 FOUND = 0
-"""The angle is the largest one."""
+"""The largest angle has been found; as a verdict: no orbit of vanishing impact speed meets the stop."""
 ANGLE_UNDECIDED = 1
 """Round-off hides whether slow orbits of the family meet a stop between their impacts."""
 NEVER = 2
@@ -53,7 +54,7 @@ _CLEAR, _CANDIDATE, _HALVE = 0, 1, 2
 
 
 class KickedMotion(NamedTuple):
-    """A motion with a unit impulse at every impact of a family."""
+    """The free motion that a unit impulse at every impact of a family of orbits causes."""
 
     decay: Floats
     """(N,) Of the blocks."""
@@ -62,7 +63,7 @@ class KickedMotion(NamedTuple):
     frequency_squared: Floats
     """(N,) Of the blocks."""
     state: Floats
-    """(N, 2) Contribution of each block to G and G' just after an impulse."""
+    """(N, 2) Contribution of each block to the displacement G of the contact, and to G', just after an impulse."""
     level: float
     """H, the displacement of the contact at an impulse, caused by all earlier ones."""
     factor: float
@@ -107,7 +108,7 @@ def state_before_impulse(
         SAME_SIGN or ALTERNATING, from `response_sums`.
     decay, discriminant, frequency_squared : ndarray of shape (N,)
     first, second : ndarray of shape (N,)
-        Change of the two coordinates of a block by an impulse.
+        Change of the first coordinate of a block, and of its second, by an impulse.
     tau : float
         Time between the impulses.
     """
@@ -155,7 +156,7 @@ def _distance(motion: KickedMotion, stop: int, t: float, result: Floats) -> None
 
 @kernel
 def _verdict(excess: float, terms: float) -> int:
-    """Return what an excess over a stop, and the size of its terms, imply for orbits of vanishing impact speed."""
+    """Return the verdict on orbits of vanishing impact speed, from an excess over a stop and the size of its terms."""
     if abs(excess) <= CONTACT_ROUNDOFF * terms:
         return ANGLE_UNDECIDED
     return NEVER if excess > 0.0 else FOUND
@@ -342,7 +343,7 @@ def contact_margin(
     The margin is the minimum of ``(-1)^j G(j T/2) - H`` over the returns j between two impacts, relative to the terms
     of G(0); infinity if there is no such return. With one stop only returns after whole periods count, those of even
     j. The verdict is FOUND if all distances are positive, ANGLE_UNDECIDED or NEVER. The arguments are the fields of a
-    `KickedMotion`: numba is slow to unpack a named tuple from Python.
+    `KickedMotion`, because numba is slow to unpack a named tuple from Python.
     """
     motion = KickedMotion(decay, discriminant, frequency_squared, state, level, 1.0, omega)
     here = np.empty(10)

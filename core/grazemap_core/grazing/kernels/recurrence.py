@@ -1,6 +1,7 @@
 """The sign rule at grazing: an impact recurs at return m, after m half periods, if ``(-1)^m g(m T/2) < 0``.
 
-See equations (33)-(40). On one stop alone, after m whole periods, if ``g(m T) < 0``.
+Here g is the response of the contact to an impulse and T the forcing period; see equations (33)-(40). With one stop
+alone, return m is after m whole periods, and an impact recurs if ``g(m T) < 0``.
 """
 
 from __future__ import annotations
@@ -18,10 +19,9 @@ from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
 def first_recurrence(
     blocks: ResponseBlocks, conditioning: float, half_period: Floats, max_order: int, one_stop: bool
 ) -> Integers:
-    """Return for each half period the first m in 1..max_order that recurs, 0 if none does.
+    """Return for each half period the first return m in 1..max_order at which an impact recurs; 0 if there is none.
 
-    A value of g that is smaller than its round-off, as at a codimension-two point of that order, or that underflows
-    counts as not recurring.
+    Where g underflows or is smaller than its round-off, as at a codimension-two point of that order, no impact recurs.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def first_recurrence(
         Time between two returns.
     max_order : int
     one_stop : bool
-        Whether all returns are to one stop, a whole period apart; otherwise every other one is to the other stop.
+        Whether all returns are to one stop, a whole period apart; otherwise they are to both stops in turn.
 
     Returns
     -------

@@ -1,9 +1,9 @@
 """Tables of an oscillator at a forcing frequency for the lockstep kernels: polynomials over a cell.
 
-Within a cell, z runs from -1 to 1. Two quantities are polynomials in z: q, given the state at the start of the cell,
-and the change of the state at the end of the cell by an impulse on the contact at z. Expanded about the middle of the
-cell, the degree LANE_DEGREE suffices for round-off: the next term is below (CELL_REACH / 2)^15 / 15! = 2e-17 of a
-block's amplitude.
+A lane is one of the trajectories that a lockstep kernel computes together; q is the contact coordinate. Within a cell,
+z runs from -1 to 1. Two quantities are polynomials in z: q, from the state at the start of the cell, and how much an
+impulse on the contact at z changes the state at the end of the cell. Expanded about the middle of the cell, the degree
+LANE_DEGREE suffices for round-off: the next term is below (CELL_REACH / 2)^15 / 15! = 2e-17 of a block's amplitude.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ TERMS = LANE_DEGREE + 1
 assert TERMS == 15, "first_pass and second_pass are written out for 15 terms"
 
 LANES = 128
-"""Lanes of a group: enough for the lanes with an impact in one cell to fill vectors, few enough for the caches."""
+"""Lanes of a group: enough that those with an impact in the same cell fill vectors, few enough for the caches."""
 
 RESPONSE_PARTS = 4
-"""Parts of a cell, in steps of which the responses of the blocks are tabulated."""
+"""Number of parts of a cell; the responses of the blocks are tabulated at the end of each part."""
 
 FLOW_DEGREE = 7
 """Degree of the series of a flow over half a part of a cell, with exponents up to CELL_REACH / (2 RESPONSE_PARTS) =
 1/8. The omitted term is 2^-24/8! = 1.5e-12, and growth is not known to more than three digits."""
 
 BLOCK = 4
-"""Numbers of a block in `LaneTables.block`."""
+"""How many numbers `LaneTables.block` has for each block."""
 
 HERMITE_DIVISOR = 384.0
 """A function differs from its cubic Hermite interpolant over a cell of length h by at most h^4/384 max |q''''|."""
@@ -48,14 +48,14 @@ SCALARS = 6
 
 
 class LaneTables(NamedTuple):
-    """Tables that all lanes of a group share; or of every lane its own, with a last axis over lanes (`lane_values`)."""
+    """Tables that all lanes of a group share; or, from `lane_values`, one for each lane, lanes last."""
 
     flow: Floats
     """(N * 4,) As `cells.CellProblem.cell_flow`."""
     output_row: Floats
     """(N * 4,) As in `cells.CellProblem`."""
     steady_table: Floats
-    """((cells + 1) * 2,) Reference motion of q at the cell boundaries, at the ends of cells: position and velocity."""
+    """((cells + 1) * 2,) Position and velocity of the reference motion of q at every boundary of cells."""
     bound: Floats
     """(N * 3,) Frequency of a block, and contributions of a unit of its envelope to the bounds of |q| and of h^4/384
     |q''''|."""
@@ -79,20 +79,20 @@ class LaneTables(NamedTuple):
     displacement_scale: Floats
     """(N * 2,) As in `cells.CellProblem`."""
     scalars: Floats
-    """(SCALARS,) Single numbers, by the positions above."""
+    """(SCALARS,) Single numbers; STEP to IMPULSE_FOURTH are their positions."""
 
 
 class LaneModel(NamedTuple):
     """One oscillator at one forcing frequency."""
 
     problem: CellProblem
-    """With the contact free."""
+    """The oscillator with the contact free."""
     held: HeldProblem
-    """With the contact at rest on a stop."""
+    """The oscillator with the contact at rest on a stop."""
     tables: LaneTables
-    """In lanes."""
+    """Tables for the lockstep kernels."""
     blocks: ImpulseBlocks
-    """In orbits."""
+    """Blocks for the kernels that verify orbits."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -112,7 +112,7 @@ def _steady_tables(problem: CellProblem) -> tuple[Floats, Floats]:
         real, imag = rotated_entry(problem.steady_table, cell, problem.omega * half)
         for n in range(TERMS):
             forcing[cell, n] = imag
-            forcing[cell + cells // 2, n] = -imag  # mirrored exactly, as the table of the steady motion
+            forcing[cell + cells // 2, n] = -imag  # an exact mirror image, as in the table of the steady motion
             scale = problem.omega * half / (n + 1)
             real, imag = -scale * imag, scale * real
     steady_table = np.empty((cells + 1, 2))
@@ -141,7 +141,7 @@ def _block_response(problem: CellProblem) -> Floats:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _change_series(problem: CellProblem) -> Floats:
-    """Return `LaneTables.change_series`: y'' = -w^2 y - 2 eta y' from y = 0, y' = 1."""
+    """Return `LaneTables.change_series`: y'' = -frequency_squared y - 2 decay y' from y = 0, y' = 1."""
     blocks = problem.decay.shape[0]
     series = np.empty((2, blocks, FLOW_DEGREE))
     for j in range(blocks):
@@ -190,7 +190,7 @@ def lane_tables(problem: CellProblem, viscous_term: float) -> LaneTables:
         block[j, 2], block[j, 3] = problem.unit_impulse[j, 0], problem.unit_impulse[j, 1]
         impulse_reach += bound[j, 1] * envelope
         impulse_fourth += bound[j, 2] * envelope
-    # expanded half a cell after the impulse, where TERMS suffice up to a whole cell; then about the impulse itself
+    # so far about half a cell after the impulse, where TERMS suffice for a whole cell; now about the impulse itself
     for i in range(TERMS - 1):
         for n in range(TERMS - 2, i - 1, -1):
             response[n] -= response[n + 1]

@@ -1,10 +1,10 @@
 """Decorators that compile kernels.
 
-A kernel takes arrays and numbers and returns numbers; it does not allocate and does not raise. Kernels are compiled
-without numba's runtime. It counts the references to every array that is passed on or looked up in a tuple, with atomic
-instructions; this took a quarter of the time of a map. Without the runtime an allocation does not compile, nor does the
-assignment of an array to a slice, which may have to copy the source; use `copy_vector` and `copy_matrix`. Functions
-that allocate are compiled with `njit`.
+A kernel takes arrays and numbers, and returns numbers or fills arrays; it does not allocate and does not raise. Kernels
+are compiled without numba's runtime, which counts the references to every array that is passed on or looked up in a
+tuple, with atomic instructions; this took a quarter of the time of a map. Without the runtime an allocation does not
+compile, nor does the assignment of an array to a slice, which may have to copy the source; use `copy_vector` and
+`copy_matrix`. Functions that allocate are compiled with `njit`.
 
 A kernel is compiled into the kernels that call it (`inlining`); it is compiled as a function of its own, and cached,
 when Python calls it. With a version of numba whose private interface is not known, a kernel is a function of `njit`,
@@ -51,7 +51,7 @@ def kernel(function: Function) -> Function:
 
 
 def pointer_kernel(function: Callable[..., int]) -> PointerKernel:
-    """Compile a kernel that others call by its address; its machine code is cached."""
+    """Compile a kernel that other kernels call by its address; its machine code is cached."""
     return PointerKernel(function, dict(_OPTIONS))
 
 
@@ -66,15 +66,15 @@ def inlined(function: Function) -> Function:
 
 
 def inlined_formula(function: Function) -> Function:
-    """Compile a function that is merged into the kernels that call it; where Python calls it, Python evaluates it.
+    """Compile a function that is merged into the kernels that call it; called by Python, it runs uncompiled.
 
-    For a choice or a sum of a few numbers a call of compiled code takes longer than all else.
+    For a choice or a sum of a few numbers, the call of compiled code alone would take longer than the work.
     """
     return _compile(function, interpreted=True, forceinline=True)
 
 
 def fused_inlined(function: Function) -> Function:
-    """Compile a function that is merged into the kernels that call it and may contract operations."""
+    """Compile a function that may contract operations and is merged into the kernels that call it."""
     return _compile(function, forceinline=True, **_FUSED)
 
 
@@ -84,7 +84,7 @@ def any_order_kernel(function: Function) -> Function:
 
 
 def compile_for(function: Callable[..., object], *args: Any) -> None:
-    """Compile a kernel, or load it, for arguments of these types; it is not called."""
+    """Compile a kernel for arguments of these types, or load it from the cache, without calling it."""
     if not INTERPRETED:
         whole: Any = function.whole if isinstance(function, Kernel) else function
         whole.compile(tuple(typeof(argument) for argument in args))
@@ -92,13 +92,13 @@ def compile_for(function: Callable[..., object], *args: Any) -> None:
 
 @inlined
 def plain(value: int) -> int:
-    """Return an integer constant with the type of a variable: numba compiles a callee anew for every literal."""
+    """Return an integer constant typed as a variable, because numba compiles a callee anew for every literal."""
     return int(np.int64(value))
 
 
 @inlined
 def copy_vector(target: NDArray, source: NDArray) -> None:  # type: ignore[type-arg]
-    """Copy the first numbers of source (n,) to target (n or fewer,)."""
+    """Fill target with the first numbers of source, which is at least as long."""
     for i in range(target.shape[0]):
         target[i] = source[i]
 

@@ -1,11 +1,12 @@
-"""What makes numba compile in three quarters of the time, for processes that do nothing else.
+"""Changes to numba that cut its time by a quarter, for processes that only compile; what is compiled is the same.
 
-Half of numba's time goes into finding types. For a product of two numbers it tries some ten templates in turn, each
-time anew, and at every template it compares all options of compilation; after each pass it lists the variables of every
-instruction again; it tells listeners of each pass, which measure times that nobody reads; and Python looks for garbage
-again and again, of which there is little. `hurry` has numba keep the types that it has found, compare the options that
-are set, list variables by the types of what holds them, and tell nobody; and it has Python look rarely. What is
-compiled is the same.
+Half of numba's time goes into finding types. What takes time, and what `hurry` does about it:
+
+- for every product of two numbers some ten templates are tried anew: the type of a call is kept;
+- at every template all options of compilation are compared: only those that are set are;
+- after each pass the variables of every instruction are listed again: they are found by the types of its fields;
+- listeners measure the time of each pass, which nobody reads: events are not sent to them;
+- Python's garbage collector runs often and finds little: it runs rarely.
 
 It changes functions of numba, so it is for `warmup`, not for a process in which a user's functions are compiled. With a
 version of numba whose private interface is not known, it does nothing.
@@ -18,7 +19,7 @@ from typing import Any
 
 from grazemap_core.numerics.jit.inlining import PART_COMPILER
 
-# Objects that are made before garbage is looked for: the memory grows by one in thirty.
+# Thresholds of `gc.set_threshold`: the collector runs rarely, and the memory grows by one in thirty.
 _GARBAGE = (100_000, 50, 1000)
 
 
@@ -34,7 +35,7 @@ def hurry() -> None:
 
 
 def _compare_what_is_set() -> None:
-    """Have settings compared by those options that one of them sets, instead of by all."""
+    """Compare two settings by the options that at least one of them sets, instead of by all options."""
     from numba.core.targetconfig import TargetConfig
 
     by_option: Any = TargetConfig.__eq__
@@ -45,12 +46,12 @@ def _compare_what_is_set() -> None:
         ours, theirs = config._values, other._values
         return ours == theirs or all(getattr(config, name) == getattr(other, name) for name in {**ours, **theirs})
 
-    # numba's hash is that of the names of all options, which is the same for all settings of a type
+    # numba hashes the names of all options, which are the same for all settings of a type: the type is enough
     TargetConfig.__eq__, TargetConfig.__hash__ = equal, lambda config: hash(type(config))  # type: ignore[method-assign]
 
 
 def _keep_call_types() -> None:
-    """Have the type that a call to one of numba's functions has with given arguments and settings kept."""
+    """Keep the type that numba finds for a call of one of its functions, for each set of arguments and settings."""
     from numba.core.targetconfig import ConfigStack
     from numba.core.types.functions import BaseFunction
 
@@ -64,14 +65,14 @@ def _keep_call_types() -> None:
             signature = find(function, context, args, kws)
             call_types[*key[:-1], settings and settings.copy()] = signature, function.get_impl_key(signature)
         signature, implementation = call_types[key]
-        function._impl_keys[signature.args] = implementation  # it depends on the settings
+        function._impl_keys[signature.args] = implementation  # set at every call, as it depends on the settings
         return signature
 
     BaseFunction.get_call_type = get_call_type  # type: ignore[method-assign, assignment]
 
 
 def _list_variables_by_type() -> None:
-    """Have the variables in an instruction found without asking what each of its strings and places in files is."""
+    """Find the variables in an instruction without examining its strings, numbers and places in the source."""
     from numba.core import ir
 
     by_class: Any = ir.Inst._rec_list_vars
@@ -93,7 +94,7 @@ def _list_variables_by_type() -> None:
 
 
 def _tell_nobody() -> None:
-    """Have numba's events, of which some twenty accompany every pass, reach no listener."""
+    """Send no events to listeners; numba sends some twenty for every pass."""
     from numba.core import event
 
     event.broadcast = lambda _: None

@@ -25,9 +25,9 @@ class Moments(NamedTuple):
     row: Integers
     """The last event at or before each time."""
     half: Integers
-    """Even half periods."""
+    """Half forcing periods that have passed, an even number."""
     within: Floats
-    """Time since the start of these half periods."""
+    """Time since the end of these half periods."""
     angle: Floats
     """The corresponding angle of the forcing."""
 
@@ -60,7 +60,7 @@ def events_before(rows: Floats, half: Integers, within: Floats, half_time: float
     rows : (events, EVENT_COLUMNS + 2 N)
         As `sample_motion` takes them.
     half, within : (n,)
-        Half periods, and times since their starts.
+        As in `Moments`.
     half_time : float
         Duration of a half period.
     """
@@ -94,8 +94,8 @@ def sample_motion(
     steady : complex (H, 2, N + 1)
         From `reference_response`, the initial phase included.
     rows : (events, EVENT_COLUMNS + 2 N)
-        The start of the record, then every event, with the states after them; increasing in time. After an event of a
-        kind other than IMPACT, GRAZE and RELEASE the contact is at rest; the summed impacts of a chatter count as rest.
+        The start of the record, then its events in order of time, each with the state after it. The contact is free
+        after IMPACT, GRAZE and RELEASE, and at rest after any other kind; in the summed impacts of a chatter it rests.
     stops : Stops
     moments : Moments
     """
