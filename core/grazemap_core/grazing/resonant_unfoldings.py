@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-from grazemap_core.grazing.kernels.kicked_motion import FOUND, NEVER, contact_margin
+from grazemap_core.grazing.kernels.kicked_motion import ADMISSIBLE, NEVER, contact_margin
 from grazemap_core.grazing.one_impact_family import Pattern, periodic_sums, sum_slopes
 from grazemap_core.model.impulse_response import ImpulseResponse
 from grazemap_core.records import NamedTuple, dataclass
@@ -128,7 +128,7 @@ def resonant_unfolding(
         quadratic=curve.quadratic,
         velocity_slope=abs(curve.velocity_slope),
         transversality=transversality,
-        admissible=verdict == FOUND if verdict in (FOUND, NEVER) else None,
+        admissible=verdict == ADMISSIBLE if verdict in (ADMISSIBLE, NEVER) else None,
         margin=None if math.isinf(margin) else margin,
     )
 

@@ -186,7 +186,7 @@ def fraction_tile(
 
 def from_rest(forced: ForcedOscillator, states: Floats) -> tuple[Floats, Floats]:
     """Return the state at rest (2, N), and what states (s, 2, N) add to it."""
-    rest = np.stack([forced.rest, np.zeros_like(forced.rest)])
+    rest = np.stack([forced.displacement_at_rest, np.zeros_like(forced.displacement_at_rest)])
     return rest, states - rest
 
 

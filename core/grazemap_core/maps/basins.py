@@ -179,7 +179,7 @@ def initial_states(
     Arguments and errors are those of `basin_tile`.
     """
     size = forced.oscillator.size
-    state = np.stack([forced.rest, np.zeros(size)])
+    state = np.stack([forced.displacement_at_rest, np.zeros(size)])
     for row, (name, values) in enumerate((("displacement", displacement), ("velocity", velocity))):
         if values is not None:
             numbers = np.asarray(values, dtype=np.float64)

@@ -19,8 +19,8 @@ from grazemap_core.arrays import Complexes
 from grazemap_core.checks import checked_omega
 from grazemap_core.errors import ConditioningError, ParameterError
 from grazemap_core.grazing.kernels.kicked_motion import (
+    ADMISSIBLE,
     ANGLE_NEEDS_MORE_CELLS,
-    FOUND,
     NEVER,
     KickedMotion,
     contact_angle,
@@ -246,7 +246,7 @@ def _first_contact(
         sine, cosine, time, status = contact_angle(motion, pattern.half_periods, stop, meets)
         if status == ANGLE_NEEDS_MORE_CELLS:
             raise ParameterError("omega", "the motion oscillates too often between two impacts to be searched")
-        undecided |= status not in (FOUND, NEVER)
+        undecided |= status not in (ADMISSIBLE, NEVER)
         contacts.append((status == NEVER, _BranchContact(sine, cosine, stop, time)))
     never, first = max(contacts, key=lambda contact: (contact[0], contact[1].angle))
     return first, "undecided" if undecided and not never else "decided"

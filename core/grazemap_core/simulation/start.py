@@ -142,7 +142,7 @@ class ForcedOscillator:
         return both_clearances(self.clearance)
 
     @cached_property
-    def rest(self) -> Floats:
+    def displacement_at_rest(self) -> Floats:
         """Displacements of the structure at rest, (N,): its equilibrium, or that on a preloaded stop."""
         for stop, clearance in zip((1, -1), self.clearances, strict=True):
             gap = gap_of(self._stops, stop)
@@ -208,7 +208,7 @@ def forced_oscillator(oscillator: Oscillator, omega: float, clearance: Clearance
 def initial_state(
     forced: ForcedOscillator, displacement: Floats | None, velocity: Floats | None, phase: float, where: str = ""
 ) -> State:
-    """Return a validated state; by default displacements are those of `ForcedOscillator.rest`, and velocities are 0.
+    """Return a validated state; None stands for `ForcedOscillator.displacement_at_rest`, and for velocities of 0.
 
     `where` is put before the name of the parameter in an error.
 
@@ -221,7 +221,9 @@ def initial_state(
     if not math.isfinite(phase):
         raise ParameterError(f"{where}phase", "must be finite")
     count = forced.oscillator.size
-    x = _one_per_mass(f"{where}displacement", forced.rest if displacement is None else displacement, count)
+    if displacement is None:
+        displacement = forced.displacement_at_rest
+    x = _one_per_mass(f"{where}displacement", displacement, count)
     v = _one_per_mass(f"{where}velocity", np.zeros(count) if velocity is None else velocity, count)
     if touched_stop(forced.oscillator, forced.clearances, x) == OUTSIDE:
         raise ParameterError(f"{where}displacement", "the contact starts outside the stops")

@@ -74,7 +74,7 @@ def compute(request: TrajectoriesRequest, report: Report) -> ClassDocument:
     oscillator, clearance = core_oscillator(request.oscillator), core_clearance(request.clearance)
     rest: NDArray[np.float64] | None = None
     if any(state.displacement is None for state in request.states):
-        rest = forced_oscillator(oscillator, request.omega, clearance).rest
+        rest = forced_oscillator(oscillator, request.omega, clearance).displacement_at_rest
     computed = trajectories(
         oscillator,
         request.omega,

@@ -35,8 +35,8 @@ from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.records import NamedTuple
 from grazemap_core.tolerances import EPSILON
 
-FOUND = 0
-"""The largest angle has been found; as a verdict: no orbit of vanishing impact speed meets the stop."""
+ADMISSIBLE = 0
+"""Orbits of vanishing impact speed meet no stop between their impacts, and the largest angle is known."""
 ANGLE_UNDECIDED = 1
 """Round-off hides whether slow orbits of the family meet a stop between their impacts."""
 NEVER = 2
@@ -159,7 +159,7 @@ def _verdict(excess: float, terms: float) -> int:
     """Return the verdict on orbits of vanishing impact speed, from an excess over a stop and the size of its terms."""
     if abs(excess) <= CONTACT_ROUNDOFF * terms:
         return ANGLE_UNDECIDED
-    return NEVER if excess > 0.0 else FOUND
+    return NEVER if excess > 0.0 else ADMISSIBLE
 
 
 @kernel
@@ -170,17 +170,17 @@ def _contact_at_graze(motion: KickedMotion, half_periods: int, stop: int, here: 
 
     Returns
     -------
-    verdict : FOUND if they do not, ANGLE_UNDECIDED or NEVER.
+    verdict : ADMISSIBLE if they do not, ANGLE_UNDECIDED or NEVER.
     time : float
         Time of the contact; NaN if there is none.
     """
-    verdict, time = FOUND, math.nan
+    verdict, time = ADMISSIBLE, math.nan
     half = math.pi / motion.omega
     for m in range(1, half_periods):
         if (m % 2 == 0) == (stop > 0):
             _distance(motion, stop, m * half, here)
             verdict = max(verdict, _verdict(here[8], here[9]))
-            if verdict != FOUND:
+            if verdict != ADMISSIBLE:
                 time = m * half
             if verdict == NEVER:
                 break
@@ -276,13 +276,13 @@ def contact_angle(motion: KickedMotion, half_periods: int, stop: int, meets: int
     time : float
         Time of the contact.
     status : int
-        FOUND, ANGLE_UNDECIDED, NEVER or ANGLE_NEEDS_MORE_CELLS.
+        ADMISSIBLE, ANGLE_UNDECIDED, NEVER or ANGLE_NEEDS_MORE_CELLS.
     """
     half = math.pi / motion.omega
     last = half_periods * half
     here, other = np.empty(10), np.empty(10)
     verdict, time = _contact_at_graze(motion, half_periods, stop, here)
-    if verdict != FOUND:
+    if verdict != ADMISSIBLE:
         return 1.0, 0.0, time, verdict
     sine, cosine = -1.0, 0.0
     if stop > 0:
@@ -324,7 +324,7 @@ def contact_angle(motion: KickedMotion, half_periods: int, stop: int, meets: int
                     sine, cosine, time = here[0] / length, here[3] / length, point
                     stack[top, 0], stack[top, 1] = left, right
                     top += 1
-    return sine, cosine, time, FOUND
+    return sine, cosine, time, ADMISSIBLE
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -342,12 +342,12 @@ def contact_margin(
 
     The margin is the minimum of ``(-1)^j G(j T/2) - H`` over the returns j between two impacts, relative to the terms
     of G(0); infinity if there is no such return. With one stop only returns after whole periods count, those of even
-    j. The verdict is FOUND if all distances are positive, ANGLE_UNDECIDED or NEVER. The arguments are the fields of a
-    `KickedMotion`, because numba is slow to unpack a named tuple from Python.
+    j. The verdict is ADMISSIBLE if all distances are positive, ANGLE_UNDECIDED or NEVER. The arguments are the fields
+    of a `KickedMotion`, because numba is slow to unpack a named tuple from Python.
     """
     motion = KickedMotion(decay, discriminant, frequency_squared, state, level, 1.0, omega)
     here = np.empty(10)
-    margin, verdict = math.inf, FOUND
+    margin, verdict = math.inf, ADMISSIBLE
     terms = abs(level)
     for j in range(decay.size):
         terms += abs(state[j, 0]) + abs(state[j, 1]) / math.sqrt(frequency_squared[j])

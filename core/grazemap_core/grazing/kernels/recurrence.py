@@ -17,7 +17,7 @@ from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def first_recurrence(
-    blocks: ResponseBlocks, conditioning: float, half_period: Floats, max_order: int, one_stop: bool
+    blocks: ResponseBlocks, conditioning: float, return_time: Floats, max_order: int, one_stop: bool
 ) -> Integers:
     """Return for each half period the first return m in 1..max_order at which an impact recurs; 0 if there is none.
 
@@ -28,7 +28,7 @@ def first_recurrence(
     blocks : ResponseBlocks
     conditioning : float
         Condition number of the modal model.
-    half_period : ndarray of shape (n,)
+    return_time : ndarray of shape (n,)
         Time between two returns.
     max_order : int
     one_stop : bool
@@ -40,13 +40,13 @@ def first_recurrence(
     """
     decay, discriminant, frequency_squared, value, slope = blocks
     count = decay.size
-    result = np.zeros(half_period.size, dtype=np.int64)
+    result = np.zeros(return_time.size, dtype=np.int64)
     flow = np.empty((count, 4))
     state = np.empty((count, 2))
-    for i in range(half_period.size):
+    for i in range(return_time.size):
         for j in range(count):
             flow[j, 0], flow[j, 1], flow[j, 2], flow[j, 3] = block_flow(
-                decay[j], discriminant[j], frequency_squared[j], half_period[i]
+                decay[j], discriminant[j], frequency_squared[j], return_time[i]
             )
             state[j, 0] = value[j]
             state[j, 1] = slope[j]
@@ -63,7 +63,7 @@ def first_recurrence(
                 state[j, 0] = new
                 state[j, 1] = new_rate
                 total += new
-                size += abs(flow[j, 0] * y) + abs(flow[j, 1] * rate) + order * half_period[i] * abs(new_rate)
+                size += abs(flow[j, 0] * y) + abs(flow[j, 1] * rate) + order * return_time[i] * abs(new_rate)
             # the flow of each step is rounded, so the round-off is proportional to the order
             if orientation * total < -RESPONSE_ROUNDOFF * conditioning * order * size:
                 result[i] = order

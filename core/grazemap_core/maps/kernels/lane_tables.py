@@ -33,7 +33,7 @@ FLOW_DEGREE = 7
 """Degree of the series of a flow over half a part of a cell, with exponents up to CELL_REACH / (2 RESPONSE_PARTS) =
 1/8. The omitted term is 2^-24/8! = 1.5e-12, and growth is not known to more than three digits."""
 
-BLOCK = 4
+BLOCK_NUMBERS = 4
 """How many numbers `LaneTables.block` has for each block."""
 
 HERMITE_DIVISOR = 384.0
@@ -44,7 +44,7 @@ STEP, VISCOUS_TERM, STEADY, STEADY_FOURTH, IMPULSE_REACH, IMPULSE_FOURTH = 0, 1,
 """Length h of a cell; the viscous term of `sticking_flow.HeldProblem`; bounds of the reference motion, and of h^4/384
 times its fourth derivative; contributions of a unit of velocity given to q to the bounds of |q| and of h^4/384
 |q''''|."""
-SCALARS = 6
+SCALAR_COUNT = 6
 
 
 class LaneTables(NamedTuple):
@@ -75,11 +75,11 @@ class LaneTables(NamedTuple):
     """(2 * N * FLOW_DEGREE,) Each block's response to a unit velocity over a short time: coefficients from the linear
     one on, and those of the derivative, from the constant on."""
     block: Floats
-    """(N * BLOCK,) Of every block decay, frequency_squared, and both numbers of `CellProblem.unit_impulse`."""
+    """(N * BLOCK_NUMBERS,) Of every block decay, frequency_squared, and both numbers of `CellProblem.unit_impulse`."""
     displacement_scale: Floats
     """(N * 2,) As in `cells.CellProblem`."""
     scalars: Floats
-    """(SCALARS,) Single numbers; STEP to IMPULSE_FOURTH are their positions."""
+    """(SCALAR_COUNT,) Single numbers; STEP to IMPULSE_FOURTH are their positions."""
 
 
 class LaneModel(NamedTuple):
@@ -162,7 +162,7 @@ def lane_tables(problem: CellProblem, viscous_term: float) -> LaneTables:
     series = np.empty((TERMS, 2 * blocks))
     unit_impulse = np.empty((2 * blocks, TERMS))
     response = np.zeros(TERMS)
-    bound, block = np.empty((blocks, 3)), np.empty((blocks, BLOCK))
+    bound, block = np.empty((blocks, 3)), np.empty((blocks, BLOCK_NUMBERS))
     impulse_reach, impulse_fourth = 0.0, 0.0
     for j in range(blocks):
         decay, square = problem.decay[j], problem.frequency_squared[j]

@@ -11,7 +11,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from grazemap_core.arrays import Floats, Integers, aligned
-from grazemap_core.maps.kernels.lane_tables import BLOCK, FLOW_DEGREE, LANES, SCALARS, TERMS, LaneModel, LaneTables
+from grazemap_core.maps.kernels.lane_tables import (
+    BLOCK_NUMBERS,
+    FLOW_DEGREE,
+    LANES,
+    SCALAR_COUNT,
+    TERMS,
+    LaneModel,
+    LaneTables,
+)
 from grazemap_core.numerics.jit.compiled import inlined, kernel
 from grazemap_core.numerics.jit.lane_values import put_lane_value, record_of, store, table_of
 from grazemap_core.records import NamedTuple
@@ -56,9 +64,9 @@ def separate_tables(size: int, pitch: int, cells: int) -> LaneTables:
         "unit_impulse": 2 * size * TERMS,
         "response": TERMS,
         "change_series": 2 * size * FLOW_DEGREE,
-        "block": BLOCK * size,
+        "block": BLOCK_NUMBERS * size,
         "displacement_scale": 2 * size,
-        "scalars": SCALARS,
+        "scalars": SCALAR_COUNT,
     }
     empty = {name: aligned(np.zeros((count, pitch))) for name, count in places.items()}
     return LaneTables(block_response=np.zeros(0), **empty)
@@ -103,7 +111,7 @@ def begin_separate(models: LaneModels, separate: TablesPerLane, lane: int, traje
         _copy(group.bound, LANES, lane, tables.bound, 0, tables.bound.shape[0])
         count = tables.displacement_scale.shape[0]
         _copy(group.displacement_scale, LANES, lane, tables.displacement_scale, 0, count)
-        _copy(group.scalars, LANES, lane, tables.scalars, 0, SCALARS)
+        _copy(group.scalars, LANES, lane, tables.scalars, 0, SCALAR_COUNT)
 
 
 @inlined
@@ -115,7 +123,7 @@ def put_in_pass(batch: LaneTables, pitch: int, k: int, tables: LaneTables, cell:
     _copy(batch.series, pitch, k, tables.series, 0, tables.series.shape[0])
     _copy(batch.unit_impulse, pitch, k, tables.unit_impulse, 0, tables.unit_impulse.shape[0])
     _copy(batch.response, pitch, k, tables.response, 0, TERMS)
-    _copy(batch.scalars, pitch, k, tables.scalars, 0, SCALARS)
+    _copy(batch.scalars, pitch, k, tables.scalars, 0, SCALAR_COUNT)
     _copy(batch.steady_table, pitch, k, tables.steady_table, 2 * cell, 4)
     _copy(batch.forcing, pitch, k, tables.forcing, cell * TERMS, TERMS)
 
@@ -127,7 +135,7 @@ def put_in_changes(batch: LaneTables, pitch: int, k: int, tables: LaneTables) ->
     _copy(batch.bound, pitch, k, tables.bound, 0, tables.bound.shape[0])
     _copy(batch.change_series, pitch, k, tables.change_series, 0, tables.change_series.shape[0])
     _copy(batch.block, pitch, k, tables.block, 0, tables.block.shape[0])
-    _copy(batch.scalars, pitch, k, tables.scalars, 0, SCALARS)
+    _copy(batch.scalars, pitch, k, tables.scalars, 0, SCALAR_COUNT)
 
 
 @kernel

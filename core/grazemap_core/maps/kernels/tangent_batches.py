@@ -19,7 +19,7 @@ from grazemap_core.arrays import Floats, Integers, aligned
 from grazemap_core.contact.kernels.workspace import STOP, TIME, VELOCITY
 from grazemap_core.maps.kernels import lane_tables
 from grazemap_core.maps.kernels.first_pass import VECTOR, four_lane_rows
-from grazemap_core.maps.kernels.lane_tables import BLOCK, FLOW_DEGREE, LANES, RESPONSE_PARTS, LaneTables
+from grazemap_core.maps.kernels.lane_tables import BLOCK_NUMBERS, FLOW_DEGREE, LANES, RESPONSE_PARTS, LaneTables
 from grazemap_core.maps.kernels.lockstep import EVENT_ACCELERATION, Lanes
 from grazemap_core.maps.kernels.separate_tables import OF_CHANGES, LaneModels, TablesPerLane, put_in_changes
 from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, inlined
@@ -170,7 +170,8 @@ def _flow_changes(columns: Columns, batch: TangentBatch, width: int, tables: Lan
         if count == 2:
             rows[(CONTACT_POSITION + 1) * BATCH + k], rows[(CONTACT_VELOCITY + 1) * BATCH + k] = 0.0, 0.0
     for j in range(blocks):
-        decays, squares = lane_row(tables.block, BLOCK * j, BATCH), lane_row(tables.block, BLOCK * j + 1, BATCH)
+        decays = lane_row(tables.block, BLOCK_NUMBERS * j, BATCH)
+        squares = lane_row(tables.block, BLOCK_NUMBERS * j + 1, BATCH)
         r0, r1, r2, r3 = four_lane_rows(tables.output_row, j, BATCH)
         over = flow[2 * j * BATCH : (2 * j + 2) * BATCH]
         block = changes[2 * count * j * BATCH : 2 * count * (j + 1) * BATCH]
