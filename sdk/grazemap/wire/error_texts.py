@@ -110,7 +110,9 @@ def _at(root: Schema, where: Sequence[Any]) -> list[Schema]:
 
 
 def _describe_all(schemas: Sequence[Schema], root: Schema) -> str:
-    return " or ".join(filter(None, (_describe(schema, root) for schema in schemas)))
+    texts = [text for schema in schemas if (text := _describe(schema, root))]
+    # what is behind "each" ends at a semicolon
+    return ("; or " if any(" each " in text for text in texts) else " or ").join(texts)
 
 
 def _describe(schema: Schema, root: Schema) -> str:
@@ -125,8 +127,8 @@ def _describe(schema: Schema, root: Schema) -> str:
     if kind == "array":
         items = _describe_all(branches(schema.get("items", {}), root), root) or "any value"
         minimum, maximum = schema.get("minItems"), schema.get("maxItems")
-        counts = f"{minimum or 0} to {maximum}: " if maximum else f"at least {minimum}: " if minimum else ""
-        return f"a list of {counts}{items}"
+        counts = f"{minimum or 0} to {maximum} " if maximum else f"at least {minimum} " if minimum else ""
+        return f"a list of {counts}{'value' if counts == 'at least 1 ' else 'values'}, each {items}"
     if schema.get("properties"):
         return "an object with the fields " + ", ".join(schema["properties"])
     if kind == "object":
