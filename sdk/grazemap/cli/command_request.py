@@ -44,10 +44,12 @@ class CommandRequest:
     ) -> None:
         self._flags = flags_of(process)
         self._used = [flag for flag in self._flags if flag.place in texts]
-        # a flag of a short form replaces an axis that --json may have
-        if any(flag in self._used for flag in flags_of_short_forms(process)):
-            with suppress(LookupError, TypeError, ValueError, AttributeError):  # the validation says what is wrong
+        # a flag of a short form replaces an axis that --json may have, and a flag of an axis a short form
+        with suppress(LookupError, TypeError, ValueError, AttributeError):  # the validation says what is wrong
+            if any(flag in self._used for flag in flags_of_short_forms(process)):
                 fields = PROCESSES[process].short_form(fields)
+            elif any(len(flag.place) > 1 and flag.field == "vary" for flag in self._used):
+                fields, _ = PROCESSES[process].long_form(fields)
         self._process, self._fields, self._texts = process, fields, texts
         self._body: dict[str, Any] = deepcopy(dict(fields))
         self._errors = [*errors]

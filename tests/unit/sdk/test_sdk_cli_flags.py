@@ -115,6 +115,7 @@ def test_flags_take_precedence_over_json(run, service, tmp_path):
     assert (request["axis"]["values"], request["max_order"]) == ({"start": 3.0, "stop": 4.0, "points": 2}, 3)
 
 
+@pytest.mark.parametrize("short", [False, True])
 @pytest.mark.parametrize(
     ("process", "flags", "place", "value"),
     [
@@ -126,11 +127,11 @@ def test_flags_take_precedence_over_json(run, service, tmp_path):
         ("bifurcation-diagrams", "--max-period 5", "max_period", 5),
     ],
 )
-def test_flags_take_precedence_over_the_axes_of_a_job(run, service, tmp_path, process, flags, place, value):
+def test_flags_take_precedence_over_the_axes_of_json(run, service, tmp_path, process, flags, place, value, short):
     """The request of a job or of a result has the one form."""
     asked = canonical(parse_request(process, REQUESTS[process]))
     path = tmp_path / "request.json"
-    path.write_text(json.dumps(asked))
+    path.write_text(json.dumps(PROCESSES[process].short_form(asked) if short else asked))
     run(process, "--json", str(path), *flags.split())
     (job,) = service.jobs.values()
     *above, name = place.split("/")
