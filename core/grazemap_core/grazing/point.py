@@ -200,7 +200,7 @@ def grazing_point(
     own, times = oscillator.at_own_period
     values = checked_omega([times * omega])
     motion = steady_motion(own, values)
-    # that of C half a period after that of A, where both are grazed at once
+    # that of the left stop half a period after that of the right one, where both are grazed at once
     maxima, later = motion.toward(1 if varied is None else stop), math.pi if varied is None and stop < 0 else 0.0
     amplitude, phase = float(maxima.amplitude[0]), float(maxima.phase[0])
     if not (math.isfinite(amplitude) and amplitude > 0.0):

@@ -53,7 +53,7 @@ class Section:
     impact_velocity: Floats
     """(i,) Signed velocity before every recorded impact."""
     impact_stop: NDArray[np.int8]
-    """(i,) Its stop, +1 A or -1 C."""
+    """(i,) Its stop, +1 right or -1 left."""
     motion: Motion
     """The motion that the trajectory settles to until EXPONENT_PERIODS after the recorded ones. It is verified if the
     orbit is verified and captures the trajectory, which is not sensitive. A trajectory that ended early is

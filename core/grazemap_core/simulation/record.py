@@ -35,7 +35,7 @@ class Impacts:
     phase_time: Floats
     """(n,) Time since the start of that period."""
     stop: NDArray[np.int8]
-    """(n,) +1 A or -1 C."""
+    """(n,) +1 right or -1 left."""
     velocity: Floats
     """(n,) Signed velocity before the impact."""
     kind: NDArray[np.str_]
@@ -58,7 +58,7 @@ class Sticking:
     stop_time: Floats
     """(n,) The release, or the end of the record."""
     stop: NDArray[np.int8]
-    """(n,) +1 A or -1 C."""
+    """(n,) +1 right or -1 left."""
 
 
 @dataclass(frozen=True, eq=False)

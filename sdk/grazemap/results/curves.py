@@ -61,7 +61,7 @@ class BifurcationCurve(PlaneCurve):
     admissible: bool = field(
         Common, description="Whether the orbits are admissible; otherwise the piece borders no region of a motion."
     )
-    stop: int = field("Stop of a graze: +1 A, -1 C; 0 for other types.")
+    stop: int = field("Stop of a graze: +1 right, -1 left; 0 for other types.")
     # fields of the base are declared again for their order
     omega: FloatArray | None = field(PlaneCurve)
     clearance: FloatArray | None = field(PlaneCurve)
@@ -71,7 +71,9 @@ class BifurcationCurve(PlaneCurve):
     ends: tuple[str, ...] = field(PlaneCurve)
     of_motion: int | None = field("Position of the motion in `motions`.", when=_CONTINUED)
     impact: int | None = field("Index, from 0, of the impact that vanishes.", when="of grazes where an impact vanishes")
-    stops: tuple[int, ...] | None = field("Stops of all impacts: +1 A, -1 C.", "impact", when=_CONTINUED, variable=None)
+    stops: tuple[int, ...] | None = field(
+        "Stops of all impacts: +1 right, -1 left.", "impact", when=_CONTINUED, variable=None
+    )
     clearance_right: FloatArray | None = field(
         "Clearance of the right stop, null if there is none.", "point", "m", when=_ONE_VARIES, null=True, variable=None
     )
@@ -122,7 +124,7 @@ class FollowedMotion(Record):
     """A motion whose curves are continued, and the orbit from which the search started."""
 
     period: int = field(Common)
-    stops: tuple[int, ...] = field("Stops of its impacts: +1 A, -1 C.", "impact", variable=None)
+    stops: tuple[int, ...] = field("Stops of its impacts: +1 right, -1 left.", "impact", variable=None)
     omega: float | None = field(Common, when=f"{_RANGE_WINDOWS}, {_ORBIT_FOUND}")
     clearance: float | None = field(Common, when=f"{_RANGE_WINDOWS}, {_ORBIT_FOUND}", description=_VARIED_CLEARANCE)
     horizontal: float | None = field("Value of the horizontal parameter.", when=f"{_AXIS_WINDOWS}, {_ORBIT_FOUND}")

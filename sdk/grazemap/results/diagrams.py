@@ -26,7 +26,7 @@ class Section(Record):
     displacement: FloatArray = field("Contact coordinate once per forcing period, at phase 0.", "point", "m")
     velocity: FloatArray = field("Its velocity at the same times.", "point", "m/s")
     impact_velocity: FloatArray = field("Velocity before every impact, signed.", "impact", "m/s")
-    impact_stop: IntArray = field("Stop of every impact: +1 A, -1 C.", "impact", dtype="int8", values=STOPS)
+    impact_stop: IntArray = field("Stop of every impact: +1 right, -1 left.", "impact", dtype="int8", values=STOPS)
     motion: Motion = field(
         "The motion to which the trajectory has settled at most 500 periods after those shown. It is verified if "
         "its orbit is verified and captures the trajectory, which is not sensitive.",

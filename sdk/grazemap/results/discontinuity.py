@@ -32,7 +32,7 @@ class NextContact(Record):
     """The next contact of the steady motion after its first impact, slightly below the grazing curve."""
 
     order: IntArray = field("Returns until that contact; 0: none within the requested ones.", _EACH)
-    stop: IntArray = field("Stop of that contact: +1 A, -1 C, 0 none.", _EACH)
+    stop: IntArray = field("Stop of that contact: +1 right, -1 left, 0 none.", _EACH)
     margin: FloatArray = field("Distance of the order from its threshold, relative to the latter.", _EACH, null=True)
 
 
@@ -66,7 +66,7 @@ class DiscontinuityMapping(Result, process="discontinuity-mappings", rows="overs
 
     omega: float = field(Common)
     clearance: float = field(Common, description="Clearance of the grazing point.")
-    stop: int = field("The stop that is grazed: +1 A, -1 C.", values=STOPS)
+    stop: int = field("The stop that is grazed: +1 right, -1 left.", values=STOPS)
     grazing: Grazing = field("The motion at the grazing point, and the coefficients of the mapping.", prefix="grazing_")
     overshoot: FloatArray = field("Displacement of the contact beyond the stop.", _EACH, "m")
     largest_overshoot: float = field("End of the domain of the exact mapping.", unit="m")
@@ -93,7 +93,7 @@ class DiscontinuityMapping(Result, process="discontinuity-mappings", rows="overs
         "recurs at the first m with (-1)^m stop xi_m < 0, or stop xi_m < 0 after whole periods.",
     )
     first_recurrence: int = field("The first m at which an impact recurs; 0: none.")
-    recurrence_stop: int = field("The stop of that impact: +1 A, -1 C, 0 none.")
+    recurrence_stop: int = field("The stop of that impact: +1 right, -1 left, 0 none.")
     next_contact: NextContact = field("The next contact of the steady motion.", prefix="next_")
     margin: float | None = field(
         "Gap of the other stop minus the amplitude toward it.",

@@ -171,7 +171,7 @@ class GrazingCurve(_PointsResult, Result, process="grazing-curves", rows="omega"
     first_recurrence: IntArray = field(
         "Number of half periods after which an impact first recurs; 0: none up to max_order.", "omega"
     )
-    recurrence_stop: IntArray = field("The stop of that recurrence: +1 A, -1 C, 0 none.", "omega")
+    recurrence_stop: IntArray = field("The stop of that recurrence: +1 right, -1 left, 0 none.", "omega")
     points: tuple[CodimensionTwoPoint, ...] = field(
         "The codimension-two points inside the range, in increasing omega.", "point", variable=None
     )

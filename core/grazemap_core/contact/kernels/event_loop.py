@@ -46,7 +46,7 @@ class Contact(NamedTuple):
     """A contact with a stop."""
 
     stop: int
-    """+1 A, -1 C."""
+    """+1 right, -1 left."""
     velocity: float
     """Velocity before the contact."""
     acceleration: float

@@ -38,11 +38,11 @@ class Stops(NamedTuple):
 
 @inlined_formula
 def gap_of(stops: Stops, stop: float) -> float:
-    """Return the gap of a stop, +1 A or -1 C, from the equilibrium."""
+    """Return the gap of a stop, +1 right or -1 left, from the equilibrium."""
     return stops.right if stop > 0 else stops.left
 
 
 @inlined_formula
 def restitution_of(stops: Stops, stop: float) -> float:
-    """Return the restitution of a stop, +1 A or -1 C."""
+    """Return the restitution of a stop, +1 right or -1 left."""
     return stops.restitution_right if stop > 0 else stops.restitution_left

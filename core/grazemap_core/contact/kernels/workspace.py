@@ -32,7 +32,7 @@ AT_STOP = 4
 
 # entries of `cursor`
 ANCHOR = 0
-"""The stop that the contact rests on or has just left (+1 A, -1 C), or 0."""
+"""The stop that the contact rests on or has just left (+1 right, -1 left), or 0."""
 EVENT_COUNT = 1
 """Number of events."""
 HELD = 2

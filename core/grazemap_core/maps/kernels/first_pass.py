@@ -44,8 +44,8 @@ END_X, END_V, END_LOSS = 7, 8, 9
 """Output: q and q' at its end, and by how much the limits there are below the gaps, but for the distance of close
 passages and the rounding of the gaps."""
 REACH, FOURTH, IMPACT_Z, JUMP, SIDE, SPEED, CONTACT_ACCELERATION = 10, 11, 12, 13, 14, 15, 16
-"""Bounds of |q| and of h^4/384 |q''''|; z of the impact; change of the velocity; stop (+1 A, -1 C); speed before the
-impact; acceleration toward the stop after it."""
+"""Bounds of |q| and of h^4/384 |q''''|; z of the impact; change of the velocity; stop (+1 right, -1 left); speed before
+the impact; acceleration toward the stop after it."""
 GAP, RESTITUTION = 17, 18
 """Gap and restitution of the stop that q is closer to."""
 MINIMUM_BEFORE, OUTCOME, MAXIMUM_BEFORE, LEAST_GAP = 19, 20, 21, 22

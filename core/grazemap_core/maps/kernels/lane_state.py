@@ -91,7 +91,7 @@ class ColumnTask(NamedTuple):
     aside: Floats
     """(n, N, 2) Direction of `offset`."""
     on_stop: Integers
-    """(n s,) Stop on which each trajectory starts without moving into it, +1 A or -1 C; 0: it starts between the
+    """(n s,) Stop on which each trajectory starts without moving into it, +1 right or -1 left; 0: it starts between the
     stops."""
     max_periods: int
     """Forcing periods that a trajectory runs at most."""

@@ -43,8 +43,8 @@ WIDTH = 16
 
 # rows of the `LaneBatch.rows` of a second pass
 UNIT, SIDE, ORIGIN, ON_STOP, GAP, RATE = 0, 1, 2, 3, 4, 5
-"""The unit of `stops.Stops`; stop (+1 A, -1 C); z of the expansion point; 1 if that point is on the stop (after an
-impact), else 0; the gap and its rate in s there."""
+"""The unit of `stops.Stops`; stop (+1 right, -1 left); z of the expansion point; 1 if that point is on the stop (after
+an impact), else 0; the gap and its rate in s there."""
 OUTCOME, CONTACT_S, SPEED, JUMP, CONTACT_ACCELERATION = 6, 7, 8, 9, 10
 """Of the last round: outcome, s of the contact, speed before it, change of the velocity, and acceleration toward the
 stop after it (in velocity and time of the problem)."""
