@@ -127,7 +127,8 @@ def _describe(schema: Schema, root: Schema) -> str:
     if kind == "array":
         items = _describe_all(branches(schema.get("items", {}), root), root) or "any value"
         minimum, maximum = schema.get("minItems"), schema.get("maxItems")
-        counts = f"{minimum or 0} to {maximum} " if maximum else f"at least {minimum} " if minimum else ""
+        least = f"at least {minimum} " if minimum else ""
+        counts = least if maximum is None else f"{maximum} " if minimum == maximum else f"{minimum or 0} to {maximum} "
         return f"a list of {counts}{'value' if counts == 'at least 1 ' else 'values'}, each {items}"
     if schema.get("properties"):
         return "an object with the fields " + ", ".join(schema["properties"])

@@ -57,7 +57,7 @@ class OrbitMotion(Request):
     period: Period
     """Period, in forcing periods."""
     stops: Annotated[list[Stop], _ONE_PER_IMPACT, Listable]
-    """The stops of a period's impacts in order: 1 is A (right), -1 is C (left)."""
+    """The stops of a period's impacts in order: 1 right, -1 left."""
     phases: Annotated[list[Float], _ONE_PER_IMPACT, Listable] | None = None
     """Phases omega t of the impacts in radians, increasing: initial guess of Newton's method; only with velocities."""
     velocities: Annotated[list[Float], _ONE_PER_IMPACT, Listable] | None = None

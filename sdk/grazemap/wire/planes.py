@@ -141,11 +141,11 @@ def require_domain(name: str, value: float, *at: str) -> None:
     """Refuse a value that is out of the domain of a parameter; `at` is the path of its field in the request."""
     kind = name.partition("[")[0]
     if kind.startswith("restitution") and not 0.0 <= value <= 1.0:
-        raise invalid(f"{name} is between 0 and 1", "0 to 1", *at)
+        raise invalid(f"{name} must be between 0 and 1", "0 to 1", *at)
     if kind in _POSITIVE and not value > 0.0:
-        raise invalid(f"{name} is greater than 0", "numbers > 0", *at)
+        raise invalid(f"{name} must be greater than 0", "numbers > 0", *at)
     if kind in _NOT_NEGATIVE and not value >= 0.0:
-        raise invalid(f"{name} is at least 0", "numbers >= 0", *at)
+        raise invalid(f"{name} must be at least 0", "numbers >= 0", *at)
 
 
 @described

@@ -125,13 +125,13 @@ def in_one_form(body: Any, forms: ShortForms) -> tuple[Any, Places]:
     if len(forms.axes) == 2:
         up = [(vary, place) for vary, place in varied if vary != "omega"] or [("clearance", ("clearance",))]
         if len(up) == 2 or (up[0][0] == "clearance" and is_of_sides(body.get("clearance"))):
-            raise invalid("the clearance of one stop varies", "values for right or for left", "clearance")
+            raise invalid("only one of the two clearances may vary", "values for right or for left", "clearance")
         return _with_axes(body, dict(zip(forms.axes, [("omega", ("omega",)), up[0]], strict=True)))
     if forms.vary is None:
         return _with_axes(body, {forms.axes[0]: ("omega", ("omega",))})
     if varied and body.keys().isdisjoint(NAMED):
         if len(varied) > 1:
-            raise invalid("one parameter varies", f"values for one of {' and '.join(forms.values)}", "range")
+            raise invalid("only one parameter may vary", f"values for one of {' and '.join(forms.values)}", "range")
         return _with_axes(body, {forms.axes[0]: varied[0]})
     axis = {"vary": body["vary"]} if "vary" in body else {"vary": forms.vary} if forms.vary else {}
     axis |= {"values": body["range"]} if "range" in body else {}

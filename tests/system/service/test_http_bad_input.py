@@ -69,7 +69,7 @@ VALUES: list[tuple[str, Any, str, str, str]] = [
     ("structures", matrices(stiffness=[[1, 1], [-1, 1]], damping=[[0, 0], [0, 0]]), "/oscillator/matrices/damping",
      "not grow", "follower forces that make it flutter"),
     ("structures", matrices(damping={"modal": [0.1]}), "/oscillator/matrices/damping/modal", "each mode", "few ratios"),
-    ("structures", matrices(damping={"rayleigh": [0.1]}), "/oscillator/matrices/damping/rayleigh", "2 to 2", "no beta"),
+    ("structures", matrices(damping={"rayleigh": [0.1]}), "/oscillator/matrices/damping/rayleigh", "2 values", "1"),
     ("structures", structure(matrices=FREE, forcing=[1, 0]), "/oscillator/contact", "held", "free mode that is seen"),
     ("structures", structure(matrices=FREE), "/oscillator/forcing", "a base that moves", "matrices without forces"),
     ("structures", structure(matrices=FREE, masses=[1, 1], forcing=[1, 0]), "/oscillator/masses", "matrices",
