@@ -20,6 +20,7 @@ from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.starts import AtRest
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.kernels.capture import _flight_ratio, _impact_ratio, _time_moved
 from grazemap_core.orbits.kernels.verification import verify
 from grazemap_core.simulation.start import forced_oscillator
 from grazemap_core.simulation.trajectories import trajectory
@@ -162,6 +163,37 @@ def test_every_trajectory_inside_the_ball_goes_to_the_orbit(name: str) -> None:
             reached, impacts = after(arrival, low * change, halves)
             assert set(impacts) == {arrival.count}
             assert np.max(np.abs(reached - target)) < 1e-3 * low * np.max(np.abs(change)) + 1e-11
+
+
+def test_an_impact_whose_ratio_is_below_one_takes_place_and_moves_no_more_than_the_bound() -> None:
+    rng = np.random.default_rng(3)
+    latest = 0.0
+    for _ in range(4000):
+        speed, slower = 1.0, float(rng.uniform(0.0, 1.0))
+        change, bent = (float(np.exp(rng.uniform(-8.0, 2.0))) for _ in range(2))
+        if _impact_ratio.py_func(speed, bent, change, slower) < 1.0:
+            # the first time at which change - (speed - slower) t + bent t^2/2 is 0
+            times = np.roots([0.5 * bent, slower - speed, change])
+            assert np.all(times.imag == 0.0)
+            moved = _time_moved.py_func(speed, bent, change, slower)
+            assert np.min(times.real) <= moved * (1.0 + 1e-9)
+            latest = max(latest, np.min(times.real) * speed / change)
+    assert 1.9 < latest < 2.0  # of change/speed
+
+
+def test_a_flight_whose_ratio_is_below_one_touches_no_stop() -> None:
+    """On the way from a stop the distance is that of the orbit but for `reach`, and its rate but for `slower`."""
+    rng = np.random.default_rng(4)
+    closest = 1.0
+    for _ in range(4000):
+        slower, reach, acceleration = (float(np.exp(rng.uniform(-6.0, 1.0))) for _ in range(3))
+        ratio = _flight_ratio.py_func(1.0, acceleration, 0.0, reach, slower)
+        if ratio < 1.0:
+            until = 2.0 * reach  # from then on the orbit is farther away than `reach`, up to the middle of its flight
+            assert until * 1.0 - 0.5 * acceleration * until**2 >= reach * (1.0 - 1e-12)
+            assert 1.0 - acceleration * until >= slower * (1.0 - 1e-12)
+            closest = min(closest, 1.0 - ratio)
+    assert closest < 0.01
 
 
 def test_what_is_not_captured_says_so() -> None:

@@ -5,9 +5,10 @@ solution of the linear equations; it is continued to the time of the orbit's imp
 time. Over an impact the difference changes by the saltation matrix and by terms of second order, which are bounded.
 Everything below holds for every difference in a ball of a norm in which the return map's derivative contracts:
 
-- each impact stays an impact: its speed squared exceeds twice the acceleration times the reach, the largest change of
-  the contact's displacement;
-- the contact leaves each stop, and arrives at the next one, without another contact: the same of these speeds;
+- each impact stays an impact: the speed that is left of it suffices for the largest change of the contact's
+  displacement, against the acceleration;
+- the contact leaves each stop, and arrives at the next one, without another contact: its speed suffices for the reach,
+  the largest change of its displacement in the flight;
 - at every other extremum the distance from the stop exceeds the reach;
 - one return shortens every difference.
 
@@ -247,8 +248,30 @@ def _reach_of(problem: OrbitProblem, columns: Floats, born: int, size: Floats) -
 
 
 @kernel
-def _ratio(speed: float, acceleration: float, jerk: float, reach: float, slower: float) -> float:
+def _impact_ratio(speed: float, bent: float, change: float, slower: float) -> float:
+    """Return the ratio up to which an impact stays an impact; below 1 it does.
+
+    Where the contact is short of the stop by `change`, or beyond it, and its speed is lower by `slower`, a change of
+    the speed at the rate `bent` lets it reach the stop if ``(speed - slower)^2 > 2 bent change``. This holds if ``speed
+    (speed - 2 slower)`` exceeds the right side, whose ratio is proportional to the changes. The impact is then earlier
+    or later by less than ``2 change/speed``.
+    """
+    return 2.0 * (bent * change + speed * slower) / (speed * speed)
+
+
+@kernel
+def _time_moved(speed: float, bent: float, change: float, slower: float) -> float:
+    """Return a bound on the change of an impact's time if `_impact_ratio` is below 1; see there for the arguments."""
+    left = max(speed - slower, 0.5 * speed)
+    return 2.0 * change / (left + math.sqrt(max(left * left - 2.0 * bent * change, 0.0)))
+
+
+@kernel
+def _flight_ratio(speed: float, acceleration: float, jerk: float, reach: float, slower: float) -> float:
     """Return the ratio up to which the contact moves to or from a stop as on the orbit; below 1 it does.
+
+    On the orbit it is farther from the stop than `reach` from the time ``2 reach/speed`` after the impact on, or up to
+    as long before it; until then it moves away, as the acceleration takes less than ``speed - slower`` of its speed.
 
     Parameters
     ----------
@@ -257,7 +280,7 @@ def _ratio(speed: float, acceleration: float, jerk: float, reach: float, slower:
     jerk : float
         Bound on the derivative of the acceleration.
     reach, slower : float
-        Changes of displacement and velocity.
+        Changes of displacement and velocity in the flight.
     """
     return (2.0 * (acceleration + 2.0 * jerk * reach / speed) * reach + speed * slower) / (speed * speed)
 
@@ -295,13 +318,6 @@ def _distance_from_orbit(
     return math.sqrt(total)
 
 
-@kernel
-def _time_moved(speed: float, bent: float, reach: float, faster: float) -> float:
-    """Return a bound on the change of an impact's time; see `_ratio` for the arguments."""
-    left = max(speed - faster, 0.5 * speed)
-    return 2.0 * reach / (left + math.sqrt(max(left * left - 2.0 * bent * reach, 0.0)))
-
-
 @fused_kernel
 def _jerk_at(problem: OrbitProblem, phase: float, state: Floats) -> float:
     """Return the modulus of the third derivative of q at a phase, where the blocks have `state`."""
@@ -318,6 +334,7 @@ def _add_second_order(
     problem: OrbitProblem,
     impacts: OrbitImpacts,
     i: int,
+    moved: float,
     toward: float,
     jerk: float,
     snap: float,
@@ -333,6 +350,8 @@ def _add_second_order(
 
     Parameters
     ----------
+    moved : float
+        Bound on the change of the impact's time.
     toward, jerk : float
         At impact i of the orbit: acceleration toward the stop, and modulus of its derivative, whose own
         derivative is at most `snap`.
@@ -342,7 +361,6 @@ def _add_second_order(
     omega, stop = problem.omega, impacts.sides[i]
     rebound, speed = rebound_of(impacts.stops, stop), stop * impacts.speeds[i]
     bent = abs(toward)
-    moved = _time_moved(speed, bent + jerk * at.displacement / speed, at.displacement, at.velocity)
     sharper, changed = jerk + snap * moved, at.acceleration + at.jerk * moved
     half_square = 0.5 * moved * moved
     late = ((bent + changed) * half_square + at.velocity * moved + sharper * half_square * moved / 3.0) / speed
@@ -450,12 +468,15 @@ def _pass_return(
         speed, toward = sides[i] * speeds[i], sides[i] * shooting.before[i, 2]
         jerk = _jerk_at(problem, phases[i], shooting.state[i])
         snap = stiffest * third_derivative_bound(problem, steady, shooting.state[i])
-        sharper = jerk + 2.0 * snap * at.displacement / speed
-        ratio = max(ratio, _ratio(speed, abs(toward), sharper, at.displacement, at.velocity))
+        # with what the acceleration changes by until the trajectory's impact
+        sharper = jerk + at.jerk + snap * at.displacement / speed
+        bent = abs(toward) + at.acceleration + sharper * at.displacement / speed
+        ratio = max(ratio, _impact_ratio(speed, bent, at.displacement, at.velocity))
+        moved = _time_moved(speed, bent, at.displacement, at.velocity)
         rebound = rebound_of(stops, sides[i])
         _pass_impact(problem, rebound, speeds[i], shooting.before[i, 2], columns, born, scratch)
         born += BORN
-        ratio = max(ratio, _add_second_order(problem, impacts, i, toward, jerk, snap, at, columns))
+        ratio = max(ratio, _add_second_order(problem, impacts, i, moved, toward, jerk, snap, at, columns))
         # the flight to the next impact
         flight = _reach_of(problem, columns, born, scratch.size)
         farthest = max(farthest, flight.displacement)
@@ -471,10 +492,10 @@ def _pass_return(
             break
         jerk = third_derivative_bound(problem, steady, scratch.after)
         leaving = restitution_of(stops, sides[i]) * speed
-        ratio = max(ratio, _ratio(leaving, max(after, 0.0), jerk, flight.displacement, flight.velocity))
+        ratio = max(ratio, _flight_ratio(leaving, max(after, 0.0), jerk, flight.displacement, flight.velocity))
         following = i + 1 if i + 1 < count else 0
         arriving, toward = abs(speeds[following]), sides[following] * shooting.before[following, 2]
-        ratio = max(ratio, _ratio(arriving, max(toward, 0.0), jerk, flight.displacement, flight.velocity))
+        ratio = max(ratio, _flight_ratio(arriving, max(toward, 0.0), jerk, flight.displacement, flight.velocity))
         _pass_flight(shooting.flow[i], columns, born)
     return ratio, farthest
 
