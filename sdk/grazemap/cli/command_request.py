@@ -99,12 +99,16 @@ class CommandRequest:
             allowed = f"{start}:{stop}:{points} for the range, {start},{stop},{points}.0 for the list"
             self._refuse(flag, detail, allowed)
         inside = self._body
-        for part in flag.place[:-1]:
+        for depth, part in enumerate(flag.place[:-1], 1):
             if inside.get(part) is None:
                 inside[part] = {}
             inside = inside[part]
             if not isinstance(inside, dict):
-                self._refuse(flag, f"{part} in --json is not an object, and this would be a field of it", "an object")
+                whole = next((used.name for used in self._used if used.place == flag.place[:depth]), None)
+                if whole:
+                    self._refuse(flag, f"{whole} gives the whole, of which this is a part", "one of the two flags")
+                else:
+                    self._refuse(flag, f"{part} in --json is not an object, and this is a field of it", "an object")
                 return
         inside[flag.place[-1]] = value
 

@@ -773,7 +773,7 @@ class AsyncMethods:
         initial : State, InitialState or mapping, optional
             Initial state of the trajectory whose motion is solved for; left out, at rest.
         transient_periods : int
-            Forcing periods in which that trajectory settles.
+            Forcing periods in which the trajectory from the initial state settles; of no use where a motion is given.
         max_period : int
             The maximum period looked for, in forcing periods.
         observables : sequence of str
@@ -843,7 +843,7 @@ class AsyncMethods:
         initial : State, InitialState or mapping, optional
             Initial state of the trajectory whose motion is solved for; left out, at rest.
         transient_periods : int
-            Forcing periods in which that trajectory settles.
+            Forcing periods in which the trajectory from the initial state settles; of no use where a motion is given.
         max_period : int
             The maximum period looked for, in forcing periods.
         vary : str
@@ -890,7 +890,8 @@ class AsyncMethods:
         motions: Sequence[MotionLike] | None = None,
         progress: bool = True,
     ) -> BifurcationCurves:
-        """Compute the curves SN, PD, SB, NS and GR of motions in a window of two parameters.
+        """Compute the saddle-node (SN), period-doubling (PD), symmetry-breaking (SB), Neimark-Sacker (NS) and grazing (GR)
+        curves of motions in a window of two parameters.
 
         Curves of saddle-nodes, period doublings, symmetry breakings and grazes of impacting motions in a window.
 

@@ -22,10 +22,14 @@ Schema = Mapping[str, Any]
 _LONGEST_NAME = 64
 # In place of messages that name classes of Python or quote the input.
 _NO_ALTERNATIVE, _NO_OBJECT = "Input is not valid here", "Input should be an object"
+_NO_CHOICE = "Input is none of the allowed values"
 _MESSAGES = {
     "extra_forbidden": "Unknown field",
     "model_type": _NO_OBJECT,
     "model_attributes_type": _NO_OBJECT,
+    "dict_type": _NO_OBJECT,
+    "literal_error": _NO_CHOICE,
+    "enum": _NO_CHOICE,
     "union_tag_invalid": _NO_ALTERNATIVE,
     "union_tag_not_found": _NO_ALTERNATIVE,
 }
@@ -46,7 +50,7 @@ def explained(error: Mapping[str, Any], model: type[BaseModel]) -> InitErrorDeta
     place += error["loc"][len(known) :]
     context = {"value": "", "hint": "", **error.get("ctx", {})}
     if "detail" not in context:
-        context["detail"] = _MESSAGES.get(kind, error["msg"])
+        context["detail"] = _MESSAGES.get(kind, error["msg"].replace(" after validation", ""))
         where = place[:-1] if kind == "extra_forbidden" else place
         schemas = [schema_of(model)]
         if kind in _OF_OBJECTS:  # which may have the fields of short forms

@@ -63,13 +63,13 @@ class OrbitMotion(Request):
     velocities: Annotated[list[Float], _ONE_PER_IMPACT, Listable] | None = None
     """Velocities of the contact before each impact, signed; only with phases."""
     label: Annotated[str, Field(max_length=64)] | None = Field(default=None, exclude=True)
-    """The motion's name n-p_r-q_l; it must agree with the period and the stops."""
+    """The name of the motion, such as 1-2r-2l; it must agree with the period and the stops."""
 
     @model_validator(mode="after")
     def _fields_agree(self) -> OrbitMotion:
         if self.label not in (None, motion_label(self.period, *impacts_on(self.stops))):
             detail = "the label does not agree with the period and the stops"
-            raise invalid(detail, "period-(stops 1)r-(stops -1)l, (-1) for none of them; or none", "label")
+            raise invalid(detail, f"{motion_label(self.period, *impacts_on(self.stops))}, or no label", "label")
         count = len(self.stops)
         for name in ("phases", "velocities"):
             values = getattr(self, name)
@@ -121,7 +121,7 @@ class PeriodicOrbitsRequest(PointRequest, ObservedRequest):
     initial: InitialState | None = None
     """Initial state of the trajectory whose motion is solved for; left out, at rest."""
     transient_periods: OptionalCount = 1000
-    """Forcing periods in which that trajectory settles."""
+    """Forcing periods in which the trajectory from the initial state settles; of no use where a motion is given."""
     max_period: MaxPeriod = 32
 
     @model_validator(mode="after")
@@ -270,7 +270,8 @@ class BifurcationCurvesRequest(PlaneRequest):
         "bifurcation-curves",
         "submit_bifurcation_curves",
         "Bifurcation curves",
-        "Compute the curves SN, PD, SB, NS and GR of motions in a window of two parameters.",
+        "Compute the saddle-node (SN), period-doubling (PD), symmetry-breaking (SB), Neimark-Sacker (NS) and grazing "
+        "(GR) curves of motions in a window of two parameters.",
         {
             "the paper's window": _PAPER,
             "of a motion": {

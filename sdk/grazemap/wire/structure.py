@@ -202,9 +202,9 @@ class ClearancePair(Request):
     """The distances of the stops from ``q = 0``. A stop that is absent is null; one that varies is left out."""
 
     right: Float | None = None
-    """Of the stop at +right; null: there is no such stop."""
+    """Distance of the right stop from q = 0; null: there is none; left out: there is none, or its clearance varies."""
     left: Float | None = None
-    """Of the stop at -left; null: there is no such stop."""
+    """Distance of the left stop from q = 0; null: there is none; left out: there is none, or its clearance varies."""
 
     @model_validator(mode="after")
     def _leaves_space(self) -> Self:

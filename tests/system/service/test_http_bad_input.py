@@ -215,7 +215,7 @@ VALUES: list[tuple[str, Any, str, str, str]] = [
     ("bifurcation-curves", {**WINDOW, "motions": [{"period": 1, "stops": [1], "phases": [1], "velocities": [1]}]},
      "/motions/0/omega", "of the orbit", "phases of no place"),
     ("bifurcation-curves", {**WINDOW, "motions": [{"period": 1, "stops": [1], "label": "1-1r-1l"}]},
-     "/motions/0/label", "(stops 1)r", "label that contradicts a motion's stops"),
+     "/motions/0/label", ", or no label", "label that contradicts a motion's stops"),
     ("bifurcation-curves", {**WINDOW, "motions": "1-1r-1l"}, "/motions", "a list", "label for a motion"),
     ("bifurcation-curves", {"omega": {"start": 0.3, "stop": 0.2}, "clearance": {"start": 1, "stop": 2}}, "/omega",
      "stop > start", "window that falls"),

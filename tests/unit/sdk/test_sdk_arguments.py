@@ -344,7 +344,7 @@ def test_an_orbit_that_was_not_found_is_refused_as_a_motion_with_the_reason():
         (Oscillator, {"masses": [1, 0, 1]}, "masses.1", "greater than 0", "0"),
         (Oscillator, {"masses": [1, 1]}, "stiffnesses", "stiffnesses has 3 numbers", "of one length"),
         (Oscillator, {"mases": [1, 1]}, "mases", "did you mean masses", "units, masses, stiff"),
-        (Oscillator, {"units": "si"}, "units", "Input should be", 'one of "nondimensional", "SI"'),
+        (Oscillator, {"units": "si"}, "units", "Input is none of", 'one of "nondimensional", "SI"'),
         (InitialState, {"phase": "late"}, "phase", "valid number", "a finite number"),
         (InitialState, {"phas": 1.0}, "phas", "did you mean phase", "displacement, velocity, phase"),
         (Range, {"start": 1.0, "stop": 0.5, "points": 3}, "Range", "stop must be greater", "stop > start"),
