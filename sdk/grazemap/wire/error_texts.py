@@ -88,9 +88,13 @@ def written_schema(model: type[BaseModel]) -> Schema:
 
 
 def suggestion(unknown: str, known: Iterable[str]) -> str:
-    """Return a suggestion of a known name for an unknown one, or "" where none is similar."""
-    near = get_close_matches(unknown, list(known), n=1) if len(unknown) <= _LONGEST_NAME else []
-    return f"; did you mean {near[0]}" if near else ""
+    """Return a suggestion of a known name for an unknown one, or "" where none is similar.
+
+    The hyphens with which all flags begin make no names similar.
+    """
+    names = {name.lstrip("-"): name for name in known}
+    near = get_close_matches(unknown.lstrip("-"), names, n=1) if len(unknown) <= _LONGEST_NAME else []
+    return f"; did you mean {names[near[0]]}" if near else ""
 
 
 def branches(schema: Schema, root: Schema) -> list[Schema]:
