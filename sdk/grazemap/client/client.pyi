@@ -954,7 +954,7 @@ class Client:
         initial : State, InitialState or mapping, optional
             Initial state of the trajectory whose motion is solved for; left out, at rest.
         transient_periods : int
-            Forcing periods in which the trajectory from the initial state settles; of no use where a motion is given.
+            Forcing periods in which the trajectory from the initial state settles; not used where a motion is given.
         max_period : int
             The maximum period looked for, in forcing periods.
         observables : sequence of str
@@ -1024,7 +1024,7 @@ class Client:
         initial : State, InitialState or mapping, optional
             Initial state of the trajectory whose motion is solved for; left out, at rest.
         transient_periods : int
-            Forcing periods in which the trajectory from the initial state settles; of no use where a motion is given.
+            Forcing periods in which the trajectory from the initial state settles; not used where a motion is given.
         max_period : int
             The maximum period looked for, in forcing periods.
         vary : str

@@ -773,7 +773,7 @@ class AsyncMethods:
         initial : State, InitialState or mapping, optional
             Initial state of the trajectory whose motion is solved for; left out, at rest.
         transient_periods : int
-            Forcing periods in which the trajectory from the initial state settles; of no use where a motion is given.
+            Forcing periods in which the trajectory from the initial state settles; not used where a motion is given.
         max_period : int
             The maximum period looked for, in forcing periods.
         observables : sequence of str
@@ -843,7 +843,7 @@ class AsyncMethods:
         initial : State, InitialState or mapping, optional
             Initial state of the trajectory whose motion is solved for; left out, at rest.
         transient_periods : int
-            Forcing periods in which the trajectory from the initial state settles; of no use where a motion is given.
+            Forcing periods in which the trajectory from the initial state settles; not used where a motion is given.
         max_period : int
             The maximum period looked for, in forcing periods.
         vary : str

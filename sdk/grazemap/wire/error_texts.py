@@ -22,14 +22,12 @@ Schema = Mapping[str, Any]
 _LONGEST_NAME = 64
 # In place of messages that name classes of Python or quote the input.
 _NO_ALTERNATIVE, _NO_OBJECT = "Input is not valid here", "Input should be an object"
-_NO_CHOICE = "Input is none of the allowed values"
 _MESSAGES = {
     "extra_forbidden": "Unknown field",
     "model_type": _NO_OBJECT,
     "model_attributes_type": _NO_OBJECT,
     "dict_type": _NO_OBJECT,
-    "literal_error": _NO_CHOICE,
-    "enum": _NO_CHOICE,
+    "literal_error": "Input is none of the allowed values",
     "union_tag_invalid": _NO_ALTERNATIVE,
     "union_tag_not_found": _NO_ALTERNATIVE,
 }

@@ -121,7 +121,7 @@ class PeriodicOrbitsRequest(PointRequest, ObservedRequest):
     initial: InitialState | None = None
     """Initial state of the trajectory whose motion is solved for; left out, at rest."""
     transient_periods: OptionalCount = 1000
-    """Forcing periods in which the trajectory from the initial state settles; of no use where a motion is given."""
+    """Forcing periods in which the trajectory from the initial state settles; not used where a motion is given."""
     max_period: MaxPeriod = 32
 
     @model_validator(mode="after")

@@ -190,7 +190,7 @@ def test_a_flight_whose_ratio_is_below_one_touches_no_stop() -> None:
         ratio = _flight_ratio.py_func(1.0, acceleration, 0.0, reach, slower)
         if ratio < 1.0:
             until = 2.0 * reach  # from then on the orbit is farther away than `reach`, up to the middle of its flight
-            assert until * 1.0 - 0.5 * acceleration * until**2 >= reach * (1.0 - 1e-12)
+            assert until - 0.5 * acceleration * until**2 >= reach * (1.0 - 1e-12)
             assert 1.0 - acceleration * until >= slower * (1.0 - 1e-12)
             closest = min(closest, 1.0 - ratio)
     assert closest < 0.01
