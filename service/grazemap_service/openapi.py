@@ -43,8 +43,8 @@ Equal requests have the same job, also of different clients. Every error is a pr
   null. Without `"units": "SI"` all numbers are nondimensional. In SI `omega` is in rad/s, `clearance` in m, and a list
   of dampings in N s/m. A single `damping` is the factor gamma of C = 2 gamma K, in s.
 - **Numbers** are 0, or between 1e-60 and 1e60 in size. An integer is written without a decimal point.
-- **Motions** n-p_r-q_l repeat after n periods of the forcing, with p impacts on the right stop (A) and q on the left
-  one (C). -1: the stop is not touched, or absent; 0: the contact rests on it without an impact; -2: infinitely many
+- **Motions** n-p_r-q_l repeat after n periods of the forcing, with p impacts on the right stop and q on the left
+  one. -1: the stop is not touched, or absent; 0: the contact rests on it without an impact; -2: infinitely many
   impacts.
 - **verified**: the periodic orbit is isolated, admissible and stable, and n is its minimum period. Where a trajectory
   is named after it, as in a map, the orbit also captures the trajectory, which is not sensitive.
