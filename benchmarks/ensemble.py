@@ -8,16 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap_core.contact.cell_problem import (
-    Clearance,
-    both_clearances,
-    cell_problem,
-    free_state,
-    stops_table,
-    trajectory_models,
-)
-from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.contact.kernels.workspace import (
+from grazemap_core.contact.forced import forced_structures, trajectory_models
+from grazemap_core.contact.kernels.runs import (
     EVENT_COUNT,
     FOLLOWED,
     HALF,
@@ -26,18 +18,18 @@ from grazemap_core.contact.kernels.workspace import (
     STOP,
     TIME,
     VELOCITY,
-    Workspace,
-    workspace,
+    new_run,
 )
+from grazemap_core.contact.kernels.stops import Stops
+from grazemap_core.contact.stops import Clearance, both_clearances, stops_table
 from grazemap_core.errors import ParameterError
-from grazemap_core.maps.kernels.first_pass import LANE_BLOCK, Masses
+from grazemap_core.maps.kernels.first_pass import LANE_BLOCK
 from grazemap_core.maps.kernels.lane_tables import LANES, LaneModel, lane_tables
-from grazemap_core.maps.kernels.lockstep import LANE_EVENT_COLUMNS, Lanes, lanes, run_half, start_lane
-from grazemap_core.maps.kernels.separate_tables import SHARED_TABLES, LaneModels, TablesPerLane
+from grazemap_core.maps.kernels.lockstep import LANE_EVENT_COLUMNS, Engine, lanes, run_half, start_lane
+from grazemap_core.maps.kernels.separate_tables import SHARED_TABLES
 from grazemap_core.maps.runner import impulse_blocks, shared_model
 from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.model.resonant_modes import reference_response
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.numerics.jit.record_references import reference
 
@@ -45,20 +37,11 @@ Floats = NDArray[np.float64]
 
 
 @kernel
-def _run_halves(
-    masses: Masses,
-    models: LaneModels,
-    own: TablesPerLane,
-    group: Lanes,
-    halves: int,
-    used: int,
-    u: Floats,
-    work: Workspace,
-) -> None:
+def _run_halves(engine: Engine, halves: int, used: int) -> None:
     """Carry lanes that have just started over several half periods; parameters as `lockstep.run_half`."""
-    models, own, group, work = reference(models), reference(own), reference(group), reference(work)
+    engine = reference(engine)
     for half in range(halves):
-        run_half(masses, models, own, group, half, used, u, work)
+        run_half(engine, half, used)
 
 
 class Ensemble(NamedTuple):
@@ -75,7 +58,7 @@ class Ensemble(NamedTuple):
     velocity : (n, first)
         Velocity of mass 1 before it; 0 at a release, NaN where there are no more.
     kind : int8, shape (n, first)
-        What it is, a code of `kernels.workspace`: IMPACT, CHATTER, IMPACT_AND_REST or RELEASE; -1 where there are no
+        What it is, a code of `kernels.runs`: IMPACT, CHATTER, IMPACT_AND_REST or RELEASE; -1 where there are no
         more.
     impacts : int64, shape (n,)
         Impacts followed one by one.
@@ -134,11 +117,10 @@ def first_impacts(
     if not np.all((-left < place) & (place < right)):
         raise ParameterError("clearance", "must have the initial state between the stops")
     models = trajectory_models(oscillator)
-    steady = reference_response(oscillator, models.free, np.array([omega]))[0]
-    problem, held = cell_problem(models, steady, omega, phase)
-    model = LaneModel(problem, held, lane_tables(problem, held.viscous_term), impulse_blocks(models.free, False))
-    u = free_state(models.free, steady, problem.orders, omega, x - static, v, phase)
-    masses = (0,) * size
+    (structure,) = forced_structures(models, np.array([omega]))
+    forced = structure.at_phase(phase)
+    model = LaneModel(forced, lane_tables(forced), impulse_blocks(models.free, False))
+    u, problem = structure.free_state(x - static, v, phase), forced.free
     n, at_rest = len(clearance), float(oscillator.contact @ static)
     gaps = np.stack([right - at_rest, left + at_rest], axis=1)
     restitution = np.broadcast_to([oscillator.restitution_of(1), oscillator.restitution_of(-1)], gaps.shape)
@@ -149,14 +131,14 @@ def first_impacts(
     events = np.zeros((n, first, LANE_EVENT_COLUMNS))
     seen, status = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.int64)
     impacts = np.zeros(n, dtype=np.int64)
-    scratch, work = np.empty_like(u), workspace(size, first)
+    run = new_run(size, len(structure.orders), first)
     for low in range(0, n, LANES):
         count = min(LANES, n - low)
         group = lanes(size, first)
         for lane in range(count):
             start_lane(group, lane, problem, stops[low + lane], u)
         used = (count + LANE_BLOCK - 1) // LANE_BLOCK * LANE_BLOCK
-        _run_halves(masses, shared_model(model), SHARED_TABLES, group, 2 * periods, used, scratch, work)
+        _run_halves(Engine((0,) * size, shared_model(model), SHARED_TABLES, group, run), 2 * periods, used)
         events[low : low + count] = group.events[:count]
         seen[low : low + count] = group.cursor[:count, EVENT_COUNT]
         impacts[low : low + count] = group.tally[FOLLOWED, :count]

@@ -16,7 +16,7 @@ from benchmarks.contestants import time_in_turn
 from benchmarks.core_peer import Core
 from benchmarks.result import Spread, Stage
 from benchmarks.work import reference_work
-from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
+from grazemap_core.contact.forced import forced_structures, trajectory_models
 from grazemap_core.maps.kernels.first_pass import (
     BATCH_ROWS,
     LEFT,
@@ -36,7 +36,6 @@ from grazemap_core.maps.kernels.first_pass import (
 )
 from grazemap_core.maps.kernels.lane_tables import LANES, LaneTables, lane_tables
 from grazemap_core.maps.kernels.lockstep import Lanes, lanes
-from grazemap_core.model.resonant_modes import reference_response
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.numerics.jit.record_references import reference
 
@@ -67,10 +66,8 @@ def stages(lane_count: int, periods: int, impacts: float, rounds: int, progress:
     """
     core, work = Core(), reference_work(lane_count, periods)
     masses = (0,) * work.oscillator.size
-    models = trajectory_models(work.oscillator)
-    steady = reference_response(work.oscillator, models.free, np.array([work.omega]))[0]
-    problem, held = cell_problem(models, steady, work.omega)
-    tables = lane_tables(problem, held.viscous_term)
+    forced = forced_structures(trajectory_models(work.oscillator), np.array([work.omega]))[0].kernels
+    problem, tables = forced.free, lane_tables(forced)
     group, batch = lanes(work.oscillator.size), lane_batch(work.oscillator.size)
     rng = np.random.default_rng(0)
     batch.start[:] = 0.1 * rng.normal(size=batch.start.shape)

@@ -12,14 +12,13 @@ import numpy as np
 from benchmarks.ensemble import first_impacts
 from benchmarks.work import Floats, Integers, Start
 from grazemap_core.codes import RESOLVED
-from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
+from grazemap_core.contact.forced import forced_structures, trajectory_models
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.lane_tables import LANES
 from grazemap_core.maps.planes import Plane, PlaneRunner
 from grazemap_core.maps.runner import RunSettings
 from grazemap_core.maps.tolerances import LANE_DEGREE
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.model.resonant_modes import reference_response
 
 KERNEL = "lockstep"
 """Which of the core's kernels runs; goes into the result."""
@@ -58,8 +57,7 @@ class Classified(NamedTuple):
 
 def cells_per_period(oscillator: Oscillator, omega: float) -> int:
     """Return the number of cells that the core cuts a forcing period into."""
-    models = trajectory_models(oscillator)
-    return cell_problem(models, reference_response(oscillator, models.free, np.array([omega]))[0], omega)[0].cells
+    return forced_structures(trajectory_models(oscillator), np.array([omega]))[0].cells
 
 
 def fixed_length(oscillator: Oscillator, omega: float, clearances: Floats, periods: int) -> Integers:

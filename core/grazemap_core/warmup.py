@@ -95,7 +95,7 @@ def _observables(oscillator: Oscillator) -> None:
 
     wanted = Observables(("rms_displacement",))
     run = trajectory(oscillator, 0.27, 1.85, periods=1, samples_per_period=1)
-    of_record(run.record, forced_oscillator(oscillator, 0.27, 1.85).models, wanted, 1)
+    of_record(run.record, forced_oscillator(oscillator, 0.27, 1.85).structure.models, wanted, 1)
     guess = sequence_of_stops(oscillator, 0.27, 1.85, 1, [1])
     assert guess is not None
     of_orbit(oscillator, periodic_orbit(oscillator, 0.27, 1.85, guess), wanted)

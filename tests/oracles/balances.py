@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.contact.cell_problem import Clearance
+from grazemap_core.contact.stops import Clearance
 from grazemap_core.errors import CoreError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.orbit_observables import OrbitObserver

@@ -12,11 +12,10 @@ import numpy as np
 from numba import njit
 
 from grazemap_core.codes import CHAOTIC, GROWTH_UNDECIDED, QUASI_PERIODIC
-from grazemap_core.contact.cell_problem import Clearance
-from grazemap_core.contact.kernels.cells import CellProblem
-from grazemap_core.contact.kernels.sticking_flow import HeldProblem
+from grazemap_core.contact.kernels.cells import Forced
+from grazemap_core.contact.kernels.runs import OK, RECORD_FULL, Run
 from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.contact.kernels.workspace import OK, RECORD_FULL, Workspace
+from grazemap_core.contact.stops import Clearance
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.kernels.lyapunov import (
     Tangents,
@@ -61,26 +60,17 @@ _RUN_HALF, _ORTHONORMALISE = run_half_linearised.whole, orthonormalise.whole
 
 
 @njit(cache=True)
-def run_growth(
-    problem: CellProblem,
-    held: HeldProblem,
-    stops: Stops,
-    u: Floats,
-    done: int,
-    skipped: int,
-    work: Workspace,
-    scratch: Tangents,
-) -> tuple[int, int]:
-    """Advance a state and the perturbations scratch.pair over the half periods from `done` on.
+def run_growth(forced: Forced, stops: Stops, run: Run, done: int, skipped: int, scratch: Tangents) -> tuple[int, int]:
+    """Advance a run and the perturbations scratch.pair over the half periods from `done` on.
 
     Return a status and the half periods that are completed; after RECORD_FULL the run may continue.
     """
-    halves = scratch.growth.shape[0]
+    halves, u = scratch.growth.shape[0], run.u
     for k in range(done, halves):
-        status = _RUN_HALF(problem, held, stops, u, k, work, scratch.pair, scratch.began)
+        status = _RUN_HALF(forced, stops, run, k, scratch.pair, scratch.began)
         if status != OK:
             return status, k
-        _ORTHONORMALISE(problem.frequency, scratch.pair, scratch.growth[k])
+        _ORTHONORMALISE(forced.free.frequency, scratch.pair, scratch.growth[k])
         if k >= skipped:
             part = 0 if 2 * (k - skipped) < halves - skipped else 1
             sign = 1.0 if k % 2 == 0 else -1.0
@@ -105,16 +95,16 @@ def lyapunov_exponents(
     run = linearised_run(oscillator, omega, clearance, displacement, velocity, phase)
     scratch = tangents(oscillator.size, transient_periods + periods)
     skipped, done = 2 * transient_periods, 0
-    begin_first(run.problem.frequency, scratch.pair)
-    begin_second(run.problem.frequency, scratch.pair)
-    orthonormalise(run.problem.frequency, scratch.pair, scratch.growth[0])
+    begin_first(run.forced.free.frequency, scratch.pair)
+    begin_second(run.forced.free.frequency, scratch.pair)
+    orthonormalise(run.forced.free.frequency, scratch.pair, scratch.growth[0])
     while True:
-        status, done = run_growth(run.problem, run.held, run.stops, run.state, done, skipped, run.work, scratch)
+        status, done = run_growth(run.forced, run.stops, run.run, done, skipped, scratch)
         if status != RECORD_FULL:
             break
-        run.work = longer_record(run.work)
+        run.run = longer_record(run.run)
     run.require(status)
-    kind, first, first_error = classify_growth(run.problem, run.stops.unit, skipped, skipped, scratch)
+    kind, first, first_error = classify_growth(run.forced.free, run.stops.unit, skipped, skipped, scratch)
     second, second_error = exponent(scratch, 1, skipped, 0.5 * run.period)
     growth = scratch.growth[skipped:, 0].reshape(periods, 2).sum(axis=1)
     return LyapunovExponents(

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from benchmarks.ensemble import first_impacts
-from grazemap_core.contact.cell_problem import both_clearances
-from grazemap_core.contact.kernels.workspace import CHATTER, IMPACT, RELEASE
+from grazemap_core.contact.kernels.runs import CHATTER, IMPACT, RELEASE
+from grazemap_core.contact.stops import both_clearances
 from grazemap_core.simulation.trajectories import Trajectory, trajectory
 from tests.oracles.fifty_digits import digits
 from tests.oracles.general_oracle import GeneralOracle

@@ -15,7 +15,7 @@ import numpy as np
 from flint import arb
 
 from benchmarks.ensemble import Ensemble, first_impacts
-from grazemap_core.contact.kernels.workspace import IMPACT
+from grazemap_core.contact.kernels.runs import IMPACT
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.fifty_digits import digits, tridiagonal

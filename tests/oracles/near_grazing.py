@@ -9,15 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from flint import acb, arb
 
-from grazemap_core.contact.cell_problem import (
-    Clearance,
-    cell_problem,
-    free_state,
-    reference_state,
-    stops_of,
-    trajectory_models,
-)
-from grazemap_core.contact.kernels.workspace import EVENT_COUNT, HALF, OK, TIME, UNDECIDED, workspace
+from grazemap_core.contact.forced import forced_structures, trajectory_models
+from grazemap_core.contact.kernels.runs import EVENT_COUNT, HALF, OK, TIME, UNDECIDED, new_run
+from grazemap_core.contact.stops import Clearance, stops_of
 from grazemap_core.grazing.steady_maxima import steady_motion
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
@@ -124,23 +118,21 @@ def first_impacts(oscillator: Oscillator, omega: float, start: float, clearances
 
     No contact may be undecided.
     """
-    models = models_of(oscillator)
-    steady = reference_response(oscillator, models.free, np.array([omega]))[0]
-    problem, held = cell_problem(models, steady, omega, start)
-    place, rate = np.split(reference_state(steady, problem.orders, omega, start), 2)
-    begin = free_state(models.free, steady, problem.orders, omega, place, rate, start)
-    work, phases = workspace(oscillator.size, events=64), np.full(len(clearances), np.nan)
+    (structure,) = forced_structures(models_of(oscillator), np.array([omega]))
+    forced = structure.at_phase(start)
+    begin = structure.free_state(*np.split(structure.reference_state(start), 2), start)
+    run, phases = new_run(oscillator.size, len(structure.orders), events=64), np.full(len(clearances), np.nan)
     history = stroboscopic_history(oscillator.size, 1)
     for k, clearance in enumerate(clearances):
-        u = begin.copy()
-        work.cursor[:] = 0
-        work.tally[UNDECIDED] = 0.0
-        record_half_period(history, 0, u, work)
-        stops = stops_of(oscillator, clearance, problem)
-        assert run_recorded(problem, held, stops, u, 0, 2, history, work) == (OK, 2)
-        assert work.tally[UNDECIDED] == 0.0
-        if work.cursor[EVENT_COUNT] > 0:
-            phases[k] = math.pi * work.events[0, HALF] + omega * work.events[0, TIME]
+        run.u[:] = begin
+        run.cursor[:] = 0
+        run.tally[UNDECIDED] = 0.0
+        record_half_period(history, 0, run)
+        stops = stops_of(oscillator, clearance, structure.cells, forced.free.steady_bound)
+        assert run_recorded(forced, stops, run, 0, 2, history) == (OK, 2)
+        assert run.tally[UNDECIDED] == 0.0
+        if run.cursor[EVENT_COUNT] > 0:
+            phases[k] = math.pi * run.events[0, HALF] + omega * run.events[0, TIME]
     return phases
 
 

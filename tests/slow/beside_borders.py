@@ -77,8 +77,8 @@ class Column(NamedTuple):
 
     def run(self, clearances: Floats) -> tuple[Integers, Floats]:
         """Codes and figures of the points, from rest."""
-        steady = self.runner.steady(np.array([self.omega]))[0]
-        results = self.runner.run(self.omega, steady, self.system.clearances(clearances), AtRest())
+        (forced,) = self.runner.forced(np.array([self.omega]))
+        results = self.runner.run(forced, self.system.clearances(clearances), AtRest())
         return results[0][:, 0], results[1][:, 0]
 
     def labels(self, results: Integers) -> list[tuple[int, ...] | None]:

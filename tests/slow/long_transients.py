@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 
 from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
-from grazemap_core.contact.cell_problem import both_clearances, free_state
 from grazemap_core.contact.kernels import half_period
-from grazemap_core.contact.kernels.workspace import EVENT_COUNT, OK, workspace
+from grazemap_core.contact.kernels.runs import EVENT_COUNT, OK, new_run
+from grazemap_core.contact.stops import both_clearances
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.starts import AtRest
@@ -51,13 +51,12 @@ class Capture:
     def __init__(self, point: Point) -> None:
         oscillator = point.oscillator
         self.point, self.forced = point, forced_oscillator(oscillator, point.omega, point.clearance)
-        self.models, self.steady = self.forced.models, self.forced.steady
         self.runner = Runner(oscillator, RunSettings(MAX_PERIODS, 32, linearised=False))
         clearances = np.array([both_clearances(point.clearance)])
-        codes = self.runner.run(point.omega, self.steady, clearances, AtRest())[0][0, 0]
+        codes = self.runner.run(self.forced.structure, clearances, AtRest())[0][0, 0]
         self.halves = int(codes[lane_state.HALVES_RUN])
         self.captured = codes[lane_state.UNVERIFIED] in (RESOLVED, ROUNDING_DECIDES)
-        self.problem, self.held = self.forced.problems(0.0)
+        self.kernels = self.forced.structure.kernels
         self.scratch = self.runner._scratch["verification"]
         self.arrival = self.scratch.capture.arrival.copy()
         self.length = point.period * (1 if point.symmetric else 2)
@@ -75,18 +74,19 @@ class Capture:
         """The distance of a state from the orbit, in units of that at which it is captured."""
         self.scratch.capture.arrival[...] = state
         args = self.forced.stops, self.count, self.length, 1e6, 0.0
-        verification = verify(self.problem, self.runner._blocks, self.scratch, *args)
+        verification = verify(self.kernels.free, self.runner._blocks, self.scratch, *args)
         return float(verification.ratio) if verification.reason == RESOLVED else np.inf
 
     def centre(self) -> Floats | None:
         """The orbit at the phase of the arrival; None where the approach is too slow."""
-        u, work = self.arrival.copy(), workspace(self.arrival.shape[0], 4096)
+        run = new_run(self.arrival.shape[0], len(self.kernels.held.orders), 4096)
+        run.u[:] = self.arrival
         for half in range(1, LONGEST + 1):
-            work.cursor[EVENT_COUNT] = 0
-            if half_period.run_half(self.problem, self.held, self.forced.stops, u, half - 1, work) != OK:
+            run.cursor[EVENT_COUNT] = 0
+            if half_period.run_half(self.kernels, self.forced.stops, run, half - 1) != OK:
                 return None
-            if half % (16 * self.length) == 0 and self.distance(u) < CENTRE:
-                return u
+            if half % (16 * self.length) == 0 and self.distance(run.u) < CENTRE:
+                return run.u
         return None
 
 
@@ -97,8 +97,7 @@ def exact_states(run: GeneralOracle, halves: int, capture: Capture) -> list[Floa
     if len(run.times) >= MOST_IMPACTS:
         return []
     x, v = run.state().floats()
-    basis = capture.models.free, capture.steady, capture.problem.orders, forced.omega
-    u = free_state(*basis, x - forced.equilibrium, v, phase)
+    u = forced.structure.free_state(x - forced.equilibrium, v, phase)
     return [u, -u]
 
 

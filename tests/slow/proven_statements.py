@@ -28,7 +28,7 @@ from grazemap.checker import FORMAT, check
 from grazemap.checker.arithmetic import Refused
 from grazemap.checker.reading import OSCILLATOR, RADIUS, VARIED
 from grazemap.checker.system import Machine
-from grazemap_core.contact.cell_problem import both_clearances
+from grazemap_core.contact.stops import both_clearances
 from grazemap_core.continuation.branch_switching import starts_beyond
 from grazemap_core.continuation.branches import OrbitBranch, orbit_branch
 from grazemap_core.continuation.special_points import SpecialPoint

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from grazemap_core.codes import ROUNDING_DECIDES
-from grazemap_core.contact.cell_problem import Clearance, both_clearances, has_odd_harmonics_only
+from grazemap_core.contact.stops import Clearance, both_clearances, has_odd_harmonics_only
 from grazemap_core.grazing.grazing_curve import grazing_curve
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.sensitive_points import Resolver

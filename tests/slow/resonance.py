@@ -17,8 +17,8 @@ import numpy as np
 from flint import acb, arb
 
 from benchmarks.ensemble import first_impacts
-from grazemap_core.contact.cell_problem import Clearance
-from grazemap_core.contact.kernels.workspace import CHATTER
+from grazemap_core.contact.kernels.runs import CHATTER
+from grazemap_core.contact.stops import Clearance
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.trajectories import trajectory

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from grazemap_core.contact.cell_problem import Clearance, both_clearances
+from grazemap_core.contact.stops import Clearance, both_clearances
 from grazemap_core.grazing.grazing_curve import grazing_curve
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from grazemap_core.contact.cell_problem import Clearance
+from grazemap_core.contact.stops import Clearance
 from grazemap_core.model.drive import force
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.matrices import Matrices

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from grazemap_core.arrays import Floats
-from grazemap_core.contact.cell_problem import Clearance
+from grazemap_core.contact.stops import Clearance
 from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.maps.planes import Axis, ParameterLine
 from grazemap_core.maps.runner import Runner, RunSettings
@@ -29,7 +29,6 @@ def column(oscillator: Oscillator, omega: float, clearances: Floats, max_periods
     """Return the map (n, 1) at one frequency, of clearances (n,) of both stops or (n, 2) of each, side by side."""
     task = RunSettings(max_periods, 32)
     runner = Runner(oscillator, task)
-    steady = runner.steady(np.array([omega]))[0]
-    results = runner.run(omega, steady, clearances, AtRest())
+    results = runner.run(*runner.forced(np.array([omega])), clearances, AtRest())
     codes, figures = (np.moveaxis(part, 2, 0)[:, :, None] for part in results)
     return named_arrays(codes, figures, ensemble=False, preview=False)

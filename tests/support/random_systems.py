@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap_core.contact.cell_problem import Clearance
+from grazemap_core.contact.stops import Clearance
 from grazemap_core.grazing.grazing_curve import VariedStop
 from grazemap_core.grazing.point import GrazingPoint, grazing_point
 from grazemap_core.model.drive import Harmonic, force

@@ -11,5 +11,5 @@ the impact law is applied, and complete chatter and rest on a stop are followed 
 - `kernels.sticking`: how the contact comes to rest on a stop and is released.
 - `kernels.sticking_flow`: states and flow while it rests.
 - `kernels.cells`, `kernels.cell_factors`: flow and series over one cell, and their tables.
-- `kernels.workspace`: scratch, statuses and the record of events.
+- `kernels.runs`: the run of a trajectory, statuses and the record of events.
 """

@@ -32,6 +32,11 @@ class HeldModel:
     """Modal model of `constrained`; None for one degree of freedom, and if it has no accurate one."""
 
     @cached_property
+    def orders(self) -> Floats:
+        """Orders of the harmonics of the forces, (H,), as the kernels take them."""
+        return np.array([float(harmonic.order) for harmonic in self.oscillator.forces])
+
+    @cached_property
     def fixed_arrays(self) -> dict[str, Any]:
         """The fields of `HeldProblem` that depend neither on the forcing frequency nor on its phase."""
         oscillator, constrained, blocks = self.oscillator, self.constrained, self.held
@@ -51,7 +56,7 @@ class HeldModel:
             "discriminant": empty if blocks is None else np.ascontiguousarray(blocks.discriminant),
             "frequency_squared": empty if blocks is None else np.ascontiguousarray(blocks.frequency_squared),
             "output_row": np.ascontiguousarray(output_row),
-            "orders": harmonic_orders(oscillator),
+            "orders": self.orders,
             "static_acceleration": constrained.static_stiffness / oscillator.effective_mass,
             "viscous_term": constrained.viscous_term,
             "profile": np.ascontiguousarray(constrained.profile),
@@ -62,71 +67,51 @@ class HeldModel:
         }
 
 
-def held_problem(model: HeldModel, free_steady: Complexes, omega: float, cells: int, phase: float) -> HeldProblem:
+def held_problem(
+    model: HeldModel,
+    free_steady: Complexes,
+    steady: tuple[Complexes, bool],
+    omega: float,
+    cells: int,
+    phase: float,
+) -> HeldProblem:
     """Return the arrays of the kernels for a resting contact at one forcing frequency.
 
     Parameters
     ----------
-    model : HeldModel
     free_steady : complex, shape (H, 2, N + 1)
         Steady motion of the whole structure, from `reference_response`.
+    steady : (H, N - 1), and a truth value
+        From `held_steady`.
     omega, phase : float
         Forcing frequency, and forcing phase at t = 0.
     cells : int
         Per forcing period.
     """
-    oscillator, constrained, blocks = model.oscillator, model.constrained, model.held
-    size, count = oscillator.size, oscillator.size - 1
-    exists = blocks is not None or count == 0  # otherwise the motion has no accurate closed form
-    forces = [harmonic.amplitudes(np.array([omega]))[0] for harmonic in oscillator.forces]
-    steady = np.zeros((len(forces), count), dtype=np.complex128)
-    if blocks is not None:
-        steady, exists = _held_steady(model, blocks, forces, omega)
-    factors = _phase_factors(oscillator, cells, phase)
-    acceleration = _harmonic_acceleration(model, forces, steady, omega, exists)
+    size, (amplitudes, exists) = model.oscillator.size, steady
+    factors = _phase_factors(model.oscillator, cells, phase)
+    acceleration = _harmonic_acceleration(model, amplitudes, omega, exists)
     return HeldProblem(
         **model.fixed_arrays,
         steady_table=real_and_imaginary(acceleration[:, None] * factors),
         phase_factors=real_and_imaginary(factors),
-        turn=np.zeros((len(oscillator.forces), 2)),
-        steady=real_and_imaginary(steady @ constrained.basis.T),
+        steady=real_and_imaginary(amplitudes @ model.constrained.basis.T),
         free_steady=real_and_imaginary(free_steady[:, :, :size].reshape(len(free_steady), -1)),
         exists=exists,
-        state=np.zeros((count, 2)),
-        since=np.zeros(2),
-        physical=np.zeros(2 * size),
+        omega=float(omega),
     )
 
 
-def held_at_phase(held: HeldProblem, model: HeldModel, omega: float, cells: int, phase: float) -> HeldProblem:
-    """Return the arrays for another forcing phase at t = 0; the contact does not rest."""
-    factors = _phase_factors(model.oscillator, cells, phase)
-    steady = (held.steady[..., 0] + 1j * held.steady[..., 1])[:, model.constrained.others]
-    forces = [harmonic.amplitudes(np.array([omega]))[0] for harmonic in model.oscillator.forces]
-    acceleration = _harmonic_acceleration(model, forces, steady, omega, held.exists)
-    return held._replace(
-        phase_factors=real_and_imaginary(factors),
-        steady_table=real_and_imaginary(acceleration[:, None] * factors),
-        turn=np.zeros_like(held.turn),
-        state=np.zeros_like(held.state),
-        since=np.zeros_like(held.since),
-        physical=np.zeros_like(held.physical),
-    )
-
-
-def harmonic_orders(oscillator: Oscillator) -> Floats:
-    """Return the orders of the harmonics of the forces, (H,), as the kernels take them."""
-    return np.array([float(harmonic.order) for harmonic in oscillator.forces])
-
-
-def _held_steady(model: HeldModel, blocks: ModalModel, forces: list[Complexes], omega: float) -> tuple[Complexes, bool]:
-    """Return the steady amplitudes of the constrained structure in each harmonic, (H, n), and whether they exist."""
-    constrained, exists = model.constrained, True
+def held_steady(model: HeldModel, omega: float) -> tuple[Complexes, bool]:
+    """Return the steady amplitudes of the constrained structure by harmonic, (H, N - 1), and whether they exist."""
+    constrained, blocks, count = model.constrained, model.held, model.oscillator.size - 1
+    steady, exists = np.zeros((len(model.oscillator.forces), count), dtype=np.complex128), True
+    if blocks is None:  # without a motion to compute, or without an accurate closed form of it
+        return steady, count == 0
     assert constrained.structure is not None
     row = constrained.stiffness_row if np.any(constrained.stiffness_row) else np.ones(blocks.size)
-    steady = np.zeros((len(forces), blocks.size), dtype=np.complex128)
     for h, harmonic in enumerate(model.oscillator.forces):
-        on_basis = forces[h][None] @ constrained.basis
+        on_basis = harmonic.amplitudes(np.array([omega]))[0][None] @ constrained.basis
         if np.any(on_basis):
             response = constrained.structure.response(np.array([harmonic.order * omega]), on_basis, row)
             steady[h] = response.amplitudes[0]
@@ -146,17 +131,15 @@ def _output_row(model: HeldModel, blocks: ModalModel) -> Floats:
     return np.stack([first[0], first[1], -first[1] * square, first[0] - twice * first[1]], axis=1)
 
 
-def _harmonic_acceleration(
-    model: HeldModel, forces: list[Complexes], steady: Complexes, omega: float, exists: bool
-) -> Complexes:
+def _harmonic_acceleration(model: HeldModel, steady: Complexes, omega: float, exists: bool) -> Complexes:
     """Return the acceleration of a resting contact by each harmonic if it were released, at phase 0, (H,).
 
-    `forces` are their amplitudes, and `steady` is the steady motion of the constrained structure, shape (H, n).
+    `steady` is the steady motion of the constrained structure, shape (H, N - 1).
     """
     oscillator, constrained = model.oscillator, model.constrained
     result = np.zeros(len(steady), dtype=np.complex128)
     for h, harmonic in enumerate(oscillator.forces):
-        force = complex(np.sum(oscillator.jump * forces[h]))
+        force = complex(np.sum(oscillator.jump * harmonic.amplitudes(np.array([omega]))[0]))
         if exists:
             rows = zip(constrained.stiffness_row.tolist(), constrained.damping_row.tolist(), strict=True)
             for (stiff, viscous), amplitude in zip(rows, steady[h].tolist(), strict=True):

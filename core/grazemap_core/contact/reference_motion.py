@@ -11,8 +11,8 @@ import numpy as np
 
 from grazemap_core.arrays import Booleans, Complexes, Floats
 from grazemap_core.contact.held_problem import (
+    HeldModel,
     half_period_phases,
-    harmonic_orders,
     real_and_imaginary,
     whole_period,
 )
@@ -120,8 +120,7 @@ class _ResonantMode:
 
 
 def reference_motion(
-    oscillator: Oscillator,
-    model: ModalModel,
+    models: HeldModel,
     steady: Complexes,
     omega: float,
     step: float,
@@ -133,8 +132,6 @@ def reference_motion(
 
     Parameters
     ----------
-    model : ModalModel
-        The oscillator's modal model.
     steady : complex (H, 2, N + 1)
         From `reference_response`.
     step : float
@@ -146,7 +143,7 @@ def reference_motion(
     output_row : (N, 4)
         As in `CellProblem`.
     """
-    at, orders = np.array([omega]), harmonic_orders(oscillator)
+    oscillator, model, orders, at = models.oscillator, models.free, models.orders, np.array([omega])
     resonant = [resonant_modes(model, at, harmonic.order)[0] & bool(oscillator.drive) for harmonic in oscillator.forces]
     states = model.size if np.any(resonant) else 0
     if len(orders) == 1 and orders[0] == 1.0 and states == 0:

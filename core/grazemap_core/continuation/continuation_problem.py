@@ -13,8 +13,8 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats, Integers
-from grazemap_core.contact.cell_problem import has_odd_harmonics_only
 from grazemap_core.contact.kernels.stops import Stops
+from grazemap_core.contact.stops import has_odd_harmonics_only
 from grazemap_core.continuation.parameters import PARAMETERS, Parameter, ParameterPoint
 from grazemap_core.continuation.tolerances import DIFFERENCE, PATH_EXACT, PATH_NEWTON_STEPS, RECENT_STRUCTURES
 from grazemap_core.model.equilibrium import contact_equilibrium

@@ -9,8 +9,8 @@ from typing import Any, Final
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.contact.cell_problem import Clearance, both_clearances, has_odd_harmonics_only, unit_of_stops
 from grazemap_core.contact.kernels.stops import Stops
+from grazemap_core.contact.stops import Clearance, both_clearances, has_odd_harmonics_only, unit_of_stops
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.drive import Harmonic
 from grazemap_core.model.equilibrium import contact_equilibrium

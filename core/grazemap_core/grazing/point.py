@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from grazemap_core.arrays import Complexes, Floats, Integers
 from grazemap_core.checks import checked_omega
-from grazemap_core.contact.cell_problem import Clearance
+from grazemap_core.contact.stops import Clearance
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.grazing_curve import VariedStop
 from grazemap_core.grazing.steady_maxima import require_alike, steady_motion

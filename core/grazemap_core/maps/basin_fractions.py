@@ -30,7 +30,7 @@ from scipy.optimize import linear_sum_assignment
 
 from grazemap_core.arrays import Booleans, Floats, Integers
 from grazemap_core.checks import checked_order
-from grazemap_core.contact.cell_problem import Clearance, both_clearances
+from grazemap_core.contact.stops import Clearance, both_clearances
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.basins import Attractor, attractors, check_limits, motions_from
 from grazemap_core.maps.planes import ParameterLine

@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.checks import checked_order
-from grazemap_core.contact.cell_problem import Clearance
+from grazemap_core.contact.stops import Clearance
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.kernels.lane_state import MEAN_POSITION, MEAN_VELOCITY
 from grazemap_core.maps.runner import Runner, RunSettings
@@ -160,10 +160,9 @@ def run_states(
 
     `runner` is of the oscillator of `forced`, `state` of shape (2, N), `added` (..., 2, N), with s states in all.
     """
-    steady = runner.steady(np.array([forced.omega]))[0]
     scaled = (added / forced.stops.unit).reshape(-1, *state.shape)
     start = BetweenStops(state, scaled)
-    codes, figures = runner.run(forced.omega, steady, np.array([forced.clearances]), start, phase)
+    codes, figures = runner.run(forced.structure, np.array([forced.clearances]), start, phase)
     return codes[0], figures[0]
 
 

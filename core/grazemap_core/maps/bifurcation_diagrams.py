@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from grazemap_core.arrays import Floats
 from grazemap_core.checks import checked_order
 from grazemap_core.codes import ROUNDING_DECIDES
-from grazemap_core.contact.cell_problem import Clearance
+from grazemap_core.contact.stops import Clearance
 from grazemap_core.errors import ParameterError, RecordSizeError
 from grazemap_core.maps.kernels.lane_state import FIGURES, HALVES_RUN
 from grazemap_core.maps.planes import ParameterLine
@@ -29,7 +29,7 @@ from grazemap_core.model.own_period import in_own_period
 from grazemap_core.records import NamedTuple, dataclass
 from grazemap_core.simulation.motion import KINDS, REASONS, Motion
 from grazemap_core.simulation.observables import Observables
-from grazemap_core.simulation.start import State, forced_oscillator, initial_state
+from grazemap_core.simulation.start import ForcedOscillator, State, forced_oscillator, initial_state
 from grazemap_core.simulation.tolerances import MOST_RECORD_BYTES
 from grazemap_core.simulation.trajectories import trajectory
 
@@ -175,10 +175,10 @@ def _follow(
         )
         state, settled = None, _NamedMotion(run.motion, False, np.nan, 0, nothing)
         if run.final is not None and len(run.time) == periods + 1:
-            state, settled = run.final, _named_motion(runner, omega, clearance, begin, inherits)
+            state, settled = run.final, _named_motion(runner, forced, begin, inherits)
             if not (settled.motion.verified or _are_same(settled.motion, run.motion)):
                 after = Runner(oscillator, settings._replace(max_periods=EXPONENT_PERIODS), runner)
-                later = _named_motion(after, omega, clearance, state, inherits=True)
+                later = _named_motion(after, forced, state, inherits=True)
                 settled = _sensitive(later, 2 * shown) if _contradicts(settled.motion, later.motion) else settled
         captured = settled.halves <= 2 * shown and np.isfinite(settled.transient_growth)
         inherits = follows and state is not None and not captured
@@ -210,9 +210,9 @@ class _NamedMotion(NamedTuple):
     """As in `Section`."""
 
 
-def _named_motion(runner: Runner, omega: float, clearance: Clearance, begin: State, inherits: bool) -> _NamedMotion:
+def _named_motion(runner: Runner, forced: ForcedOscillator, begin: State, inherits: bool) -> _NamedMotion:
     """Run a trajectory until its motion can be named; `inherits`: it starts with the error of the last one."""
-    codes, figures = runner.run_from(omega, clearance, begin, inherits)
+    codes, figures = runner.run_from(forced, begin, inherits)
     named = {name: array.item() for name, array in arrays_of(codes, figures).items()}
     growth, halves = named["transient_growth"], int(codes[HALVES_RUN])
     return _NamedMotion(_motion(named), named["sensitive"], growth, halves, figures[FIGURES:])

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.codes import RESOLVED
-from grazemap_core.contact.cell_problem import Clearance
+from grazemap_core.contact.stops import Clearance
 from grazemap_core.maps.adaptive_map import Settings
 from grazemap_core.maps.basin_fractions import Point, Runners, from_rest
 from grazemap_core.maps.basins import Coordinate, initial_states, run_states
@@ -220,8 +220,8 @@ def chance_in_diagram(
     longer = RunSettings(RUN_ON * watched, max_period, linearised=False)
     codes = []
     for number in (chaotic[position] for position in sample(len(chaotic), watched)):
-        oscillator, omega, clearance = line.point(number)
-        codes.append(Runner(oscillator, longer).run_from(omega, clearance, sections[number].start)[0])
+        forced = forced_oscillator(*line.point(number))
+        codes.append(Runner(forced.oscillator, longer).run_from(forced, sections[number].start)[0])
     return _chance(len(chaotic), watched, np.stack(codes)[:, None], longer)
 
 

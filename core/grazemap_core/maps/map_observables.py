@@ -11,11 +11,10 @@ from __future__ import annotations
 import numpy as np
 
 from grazemap_core import codes as reasons
-from grazemap_core.arrays import Complexes, Floats, Integers
-from grazemap_core.contact.held_problem import HeldModel
-from grazemap_core.contact.kernels.cells import CellProblem
-from grazemap_core.contact.kernels.sticking_flow import HeldProblem
-from grazemap_core.contact.kernels.workspace import EVENT_COLUMNS, workspace
+from grazemap_core.arrays import Floats, Integers
+from grazemap_core.contact.forced import ForcedStructure
+from grazemap_core.contact.kernels.cells import Forced
+from grazemap_core.contact.kernels.runs import EVENT_COLUMNS, new_run
 from grazemap_core.maps.kernels import lane_state, observed_column
 from grazemap_core.maps.kernels.final_states import MAX_ORBIT_IMPACTS
 from grazemap_core.maps.kernels.lane_state import TrajectoryResults
@@ -29,35 +28,28 @@ _OF_ORBIT = (reasons.RESOLVED, reasons.NOT_CAPTURED, reasons.ROUNDING_DECIDES)
 
 
 def figures_of_column(
-    wanted: Observables,
-    models: HeldModel,
-    problems: tuple[CellProblem, HeldProblem],
-    steady: Complexes,
-    stops: Floats,
-    results: TrajectoryResults,
+    wanted: Observables, structure: ForcedStructure, forced: Forced, stops: Floats, results: TrajectoryResults
 ) -> Floats:
     """Return the figures (n, count) of n trajectories.
 
     Parameters
     ----------
-    problems : CellProblem, HeldProblem
-        At phase 0.
-    steady : complex (H, 2, N + 1)
-        From `reference_response`.
+    structure, forced
+        The structure at its frequency, and its arrays at phase 0.
     stops : (m, fields of Stops)
         Trajectory i has the row ``i m // n``.
     results : TrajectoryResults
         With the final states.
     """
-    problem, held = problems
+    models = structure.models
     size, count = models.oscillator.size, len(results.codes)
-    partial = observed_outputs(wanted, models, problem, held, steady[:, :, :-1])
+    partial = observed_outputs(wanted, models, forced, structure.steady[:, :, :-1])
     whole = partial
-    if problem.resonant_forcing.shape[1] > 0:
-        amplitudes = whole_steady(models.oscillator, problem.omega)
-        whole = observed_outputs(wanted, models, problem, held, amplitudes, whole=True)
+    if forced.free.resonant_forcing.shape[1] > 0:
+        amplitudes = whole_steady(models.oscillator, structure.omega)
+        whole = observed_outputs(wanted, models, forced, amplitudes, whole=True)
     kinds, periods = _tasks(results.codes)
-    totals, work = wanted.totals(), workspace(size, EVENTS)
+    totals, run = wanted.totals(), new_run(size, len(structure.orders), EVENTS)
     column = ObservedColumn(
         kinds=kinds,
         periods=periods,
@@ -68,15 +60,14 @@ def figures_of_column(
         totals=totals,
         scratch=wanted.scratch(size),
         rows=np.empty((MAX_ORBIT_IMPACTS, EVENT_COLUMNS + 2 * size)),
-        u=np.zeros((size, 2)),
         before=np.zeros((size, 2)),
     )
     done = 0
     while True:
-        done = observe_column(problem, held, whole, partial, column, work, done)
+        done = observe_column(forced, whole, partial, column, run, done)
         if done == count:
-            return wanted.figures(column.contacts, column.outputs, problem.omega, column.periods)
-        work = longer_record(work)
+            return wanted.figures(column.contacts, column.outputs, structure.omega, column.periods)
+        run = longer_record(run)
 
 
 def _tasks(codes: Integers) -> tuple[Integers, Integers]:

@@ -17,9 +17,10 @@ from typing import Final, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap_core.arrays import Complexes, Floats, Integers
+from grazemap_core.arrays import Floats, Integers
 from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
-from grazemap_core.contact.cell_problem import Clearance, both_clearances
+from grazemap_core.contact.forced import ForcedStructure
+from grazemap_core.contact.stops import Clearance, both_clearances
 from grazemap_core.continuation.parameters import (
     PARAMETERS,
     Parameter,
@@ -252,8 +253,9 @@ class PlaneRunner:
         # quantities are observed of the motion itself, not of the motion divided by the factor of the forces
         observed = settings.observed is not None
         self._scaled = tuple(name for name in ("bias", "forcing") if observed and name in plane.names)
-        self._runners: dict[tuple[float, ...], tuple[Runner, dict[float, Complexes]]] = {}
+        self._runners: dict[tuple[float, ...], tuple[Runner, dict[float, ForcedStructure]]] = {}
         self._last: Runner | None = None
+        self._last_forced: tuple[ForcedStructure, ForcedStructure] | None = None
 
     def points(self, rows: Indices, columns: Indices) -> tuple[Integers, Floats]:
         """Return codes (k, s, CODES) and figures (k, s, FIGURES) at points (k,); not of a sweep."""
@@ -294,7 +296,7 @@ class PlaneRunner:
         columns, codes, figures = np.full(len(rows), column), [], []
         for k in range(len(rows)):
             here, only = rows[k : k + 1], columns[k : k + 1]
-            runner, omega, steady = self._runner(int(here[0]), column)
+            runner, forced = self._forced(int(here[0]), column)
             conditions = self._conditions(here, only)
             start: Start = AtRest()
             if after is not None:
@@ -304,8 +306,8 @@ class PlaneRunner:
                 if after.state is not None:
                     start = runner.within(conditions, after.state, after.rests)
             inherits = after is not None and after.inherits
-            code, figure = runner.run(omega, steady, conditions, start, inherits=inherits)
-            state = runner.final_state(omega, steady, conditions)
+            code, figure = runner.run(forced, conditions, start, inherits=inherits)
+            state = runner.final_state(forced, conditions)
             inherits = state is not None and not _is_captured(code[0, 0])
             after = SweepEnd(int(here[0]), runner.end, state, runner.rests, inherits)
             codes.append(code)
@@ -315,12 +317,11 @@ class PlaneRunner:
 
     def _sweep_by_kernel(self, rows: Indices, column: int, after: SweepEnd | None) -> tuple[Integers, Floats, SweepEnd]:
         """Return what `sweep` does, for points that share their tables."""
-        runner, omega, steady = self._runner(int(rows[0]), column)
+        runner, forced = self._forced(int(rows[0]), column)
         if after is not None:
             runner.return_to(after.run_end)
         codes, figures = runner.run(
-            omega,
-            steady,
+            forced,
             self._conditions(rows, np.full(len(rows), column)),
             AtRest(),
             inherits=after is not None and after.inherits,
@@ -344,17 +345,17 @@ class PlaneRunner:
 
     def _run(self, rows: Indices, columns: Indices, conditions: Conditions) -> tuple[Integers, Floats]:
         """Run the trajectories of points that share their tables, under the conditions there."""
-        runner, omega, steady = self._runner(int(rows[0]), int(columns[0]))
-        return runner.run(omega, steady, conditions, start_at(self._settings, omega))
+        runner, forced = self._forced(int(rows[0]), int(columns[0]))
+        return runner.run(forced, conditions, start_at(self._settings, forced.omega))
 
     def _run_separately(self, rows: Indices, columns: Indices, conditions: Conditions) -> tuple[Integers, Floats]:
         """Run the trajectories of points that share no tables, under the conditions there."""
         groups, omega = [*self.plane.groups(rows, columns, ())], self.plane.values("omega", rows, columns)
         structures = []
         for group in groups:
-            runner, steady = self._structure(int(rows[group[0]]), int(columns[group[0]]))
-            of_group = np.stack([steady[frequency] for frequency in omega[group].tolist()])
-            structures.append(SeparateRuns(runner, omega[group], of_group, conditions.part(group)))
+            runner, at_frequencies = self._structure(int(rows[group[0]]), int(columns[group[0]]))
+            of_group = [replace(at_frequencies[frequency]) for frequency in omega[group].tolist()]
+            structures.append(SeparateRuns(runner, of_group, conditions.part(group)))
         order, (codes, figures) = np.argsort(np.concatenate(groups)), run_separate(structures)
         return codes[order], figures[order]
 
@@ -367,8 +368,8 @@ class PlaneRunner:
         """Return the oscillator of a point, without the parameters that its conditions have."""
         return self.plane.at_point(row, column)[0] if self._scaled else self.plane.structure(row, column)
 
-    def _structure(self, row: int, column: int) -> tuple[Runner, dict[float, Complexes]]:
-        """Return the runner of a point's structure, and the reference motions at the frequencies of the plane."""
+    def _structure(self, row: int, column: int) -> tuple[Runner, dict[float, ForcedStructure]]:
+        """Return the runner of a point's structure, and the structure at the frequencies of the plane."""
         only = np.array([row]), np.array([column])
         keys = [*self.plane.structure_keys(*only), *(self.plane.values(name, *only) for name in self._scaled)]
         key = tuple(float(value) for (value,) in keys)
@@ -377,14 +378,16 @@ class PlaneRunner:
                 del self._runners[next(iter(self._runners))]
             runner = Runner(self._oscillator(row, column), self._settings, self._last)
             self._last, omegas = runner, self.plane.omegas
-            self._runners[key] = runner, dict(zip(omegas.tolist(), runner.steady(omegas), strict=True))
+            self._runners[key] = runner, dict(zip(omegas.tolist(), runner.forced(omegas), strict=True))
         return self._runners[key]
 
-    def _runner(self, row: int, column: int) -> tuple[Runner, float, Complexes]:
-        """Return the runner of a point's structure, the frequency and the reference motion there."""
-        runner, steady = self._structure(row, column)
-        omega = float(self.plane.values("omega", np.array([row]), np.array([column]))[0])
-        return runner, omega, steady[omega]
+    def _forced(self, row: int, column: int) -> tuple[Runner, ForcedStructure]:
+        """Return the runner of a point's structure, and the structure at the frequency there."""
+        runner, at_frequencies = self._structure(row, column)
+        forced = at_frequencies[float(self.plane.values("omega", np.array([row]), np.array([column]))[0])]
+        if self._last_forced is None or self._last_forced[0] is not forced:
+            self._last_forced = forced, replace(forced)  # the arrays of one frequency are kept at a time
+        return runner, self._last_forced[1]
 
 
 def start_at(settings: RunSettings, omega: float) -> AtRest | AboutMiddle:

@@ -8,20 +8,12 @@ from typing import Any, Final
 
 import numpy as np
 
-from grazemap_core.arrays import Complexes, Floats, Integers
+from grazemap_core.arrays import Floats, Integers
 from grazemap_core.codes import HIDDEN_BY_ROUNDING, RESOLVED
-from grazemap_core.contact.cell_problem import (
-    STOPS_UNIT,
-    Clearance,
-    both_clearances,
-    cell_problem,
-    free_state,
-    reference_state,
-    stops_table,
-    trajectory_models,
-    unit_of_stops,
-)
-from grazemap_core.contact.kernels.workspace import workspace
+from grazemap_core.contact.forced import ForcedStructure, forced_structures, trajectory_models
+from grazemap_core.contact.kernels.cells import CellProblem
+from grazemap_core.contact.kernels.runs import new_run
+from grazemap_core.contact.stops import STOPS_UNIT, Clearance, both_clearances, stops_table, unit_of_stops
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.classification import classify_lane
 from grazemap_core.maps.kernels.column import Column, return_search
@@ -29,7 +21,14 @@ from grazemap_core.maps.kernels.final_states import final_states
 from grazemap_core.maps.kernels.first_pass import PITCH
 from grazemap_core.maps.kernels.lane_errors import LaneErrors
 from grazemap_core.maps.kernels.lane_scheduler import settle_column
-from grazemap_core.maps.kernels.lane_state import ENDED_EARLY, RESTS, ColumnTask, TrajectoryResults, lane_records
+from grazemap_core.maps.kernels.lane_state import (
+    ENDED_EARLY,
+    RESTS,
+    ColumnStarts,
+    ColumnTask,
+    TrajectoryResults,
+    lane_records,
+)
 from grazemap_core.maps.kernels.lane_tables import LANES, LaneModel, lane_tables
 from grazemap_core.maps.kernels.lane_tangents import RECORDED_IMPACTS, lane_tangents
 from grazemap_core.maps.kernels.lockstep import lanes
@@ -51,14 +50,13 @@ from grazemap_core.model.harmonic_response import hidden_by_rounding
 from grazemap_core.model.impulse_response import impulse_response
 from grazemap_core.model.modal import ModalModel
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.model.resonant_modes import reference_response
 from grazemap_core.numerics.jit.compiled import compile_for
 from grazemap_core.numerics.jit.inlining import PART_COMPILER
 from grazemap_core.orbits.kernels.verification import ImpulseBlocks, verification_scratch
 from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.kernels.period_detection import stroboscopic_history
 from grazemap_core.simulation.observables import Observables
-from grazemap_core.simulation.start import OUTSIDE, State, touched_stop
+from grazemap_core.simulation.start import OUTSIDE, ForcedOscillator, State, touched_stop
 
 
 class RunSettings(NamedTuple):
@@ -110,23 +108,11 @@ class Conditions(NamedTuple):
         return Conditions(*(values[which] for values in self))
 
 
-class _Starts(NamedTuple):
-    """Trajectories where they begin, their model and what their results need."""
+class _Begun(NamedTuple):
+    """Trajectories where they begin, and what their results need."""
 
-    model: LaneModel
-    """The model at their forcing frequency."""
-    stops: Floats
-    """As in `ColumnTask`."""
-    base: Floats
-    """As in `ColumnTask`."""
-    directions: Floats
-    """As in `ColumnTask`."""
-    offset: Floats
-    """As in `ColumnTask`."""
-    aside: Floats
-    """As in `ColumnTask`."""
-    on_stop: Integers
-    """As in `ColumnTask`."""
+    starts: ColumnStarts
+    """Where they begin."""
     forcing: Floats
     """(n,) Factors of the forces."""
     steady_bound: Floats
@@ -138,10 +124,8 @@ class SeparateRuns(NamedTuple):
 
     runner: Runner
     """The structure and the settings."""
-    omega: Floats
-    """(k,) The frequencies."""
-    steady: Complexes
-    """(k, H, 2, N + 1) `Runner.steady` at omega."""
+    forced: Sequence[ForcedStructure]
+    """k of them: the structure at these frequencies."""
     conditions: Conditions
     """The conditions of the trajectories."""
 
@@ -169,7 +153,7 @@ class Runner:
         those of that runner: a sweep goes on with its errors, and neither runner is to be run while the other one is.
         So runners that share them belong to one thread.
         """
-        size = oscillator.size
+        size, harmonics = oscillator.size, len(oscillator.forces)
         self._models = trajectory_models(oscillator)
         free = self._models.free
         self._blocks = impulse_blocks(free, settings.early)
@@ -186,20 +170,20 @@ class Runner:
             self._scratch = {
                 "group": lanes(size, events),
                 "history": stroboscopic_history(size, settings.max_period, LANES),
-                "tangents": lane_tangents(size, self._growth_halves),
+                "tangents": lane_tangents(size, harmonics, self._growth_halves),
                 "records": lane_records(),
                 "returns": return_search(),
-                "work": workspace(size, events),
-                "verification": verification_scratch(size),
-                "u": np.zeros((size, 2)),
+                "run": new_run(size, harmonics, events),
+                "verification": verification_scratch(size, harmonics),
                 "final_state": np.zeros((size, 2)),
             }
         else:
             self._scratch = before._scratch
             if before._growth_halves != self._growth_halves:
-                tangents = lane_tangents(size, self._growth_halves)._replace(errors=before.errors)
+                tangents = lane_tangents(size, harmonics, self._growth_halves)._replace(errors=before.errors)
                 self._scratch = {**self._scratch, "tangents": tangents}
         self._separate: list[TablesPerLane] = [] if before is None else before._separate  # one, where they were needed
+        self._last_model: tuple[ForcedStructure, float, LaneModel] | None = None
         self._ended = ENDED_EARLY  # no trajectory was run
 
     @property
@@ -213,14 +197,13 @@ class Runner:
         errors: LaneErrors = self._scratch["tangents"].errors
         return errors
 
-    def steady(self, omega: Floats) -> Complexes:
-        """Return the amplitudes of the reference motions at frequencies (m,), shape (m, H, 2, N + 1)."""
-        return reference_response(self._models.oscillator, self._models.free, omega)
+    def forced(self, omega: Floats) -> list[ForcedStructure]:
+        """Return the structure at forcing frequencies (m,)."""
+        return forced_structures(self._models, omega)
 
     def run(
         self,
-        omega: float,
-        steady: Complexes,
+        forced: ForcedStructure,
         conditions: Conditions | Floats,
         start: Start,
         phase: float = 0.0,
@@ -231,8 +214,8 @@ class Runner:
 
         Parameters
         ----------
-        steady : complex (H, 2, N + 1)
-            `Runner.steady` at omega.
+        forced : ForcedStructure
+            From `forced`, or of an equal oscillator.
         conditions : Conditions, or (n,) or (n, 2)
             The latter are clearances as `Conditions.of` takes them.
         start : Start
@@ -252,15 +235,15 @@ class Runner:
         """
         if not isinstance(conditions, Conditions):
             conditions = Conditions.of(self._models.oscillator, conditions)
-        starts = self._starts(omega, steady, conditions, start, phase)
-        column = self._column(shared_model(starts.model), starts, inherits, goes_on)
+        model = self._model(forced, phase)
+        begun = self._begin(forced, model.forced.free, conditions, start, phase)
+        column = self._column(shared_model(model), begun.starts, inherits, goes_on)
         self._ended = settle_column(self._masses, column, SHARED_TABLES, classify_lane.address(column))
         figures, observed = column.results.figures, self._settings.observed
         if observed is not None:
-            parts = starts.model.problem, starts.model.held
-            more = figures_of_column(observed, self._models, parts, steady, starts.stops, column.results)
+            more = figures_of_column(observed, forced, model.forced, begun.starts.stops, column.results)
             figures = np.concatenate([figures, more], axis=1)
-        return _named(starts, column.results.codes, figures)
+        return _named(begun, column.results.codes, figures)
 
     def compile_classification(self) -> None:
         """Compile, or load, the kernel that names motions, for all numbers of masses; nothing is run."""
@@ -272,7 +255,7 @@ class Runner:
         The kernel is for this number of masses: for lanes that share their tables, or for lanes `separate`.
         """
         column, model = self._example()
-        tables = self._separate_tables(model.problem.cells) if separate else SHARED_TABLES
+        tables = self._separate_tables(model.forced.free.cells) if separate else SHARED_TABLES
         if separate:
             SeparateModels([model])
         compile_for(settle_column, self._masses, column, tables, classify_lane.address(column))
@@ -280,14 +263,17 @@ class Runner:
     def _example(self) -> tuple[Column, LaneModel]:
         """Return what the kernels take, and the model of its trajectories."""
         conditions = Conditions.of(self._models.oscillator, np.ones(1))
-        starts = self._starts(1.0, self.steady(np.ones(1))[0], conditions, AtRest(), 0.0)
-        return self._column(shared_model(starts.model), starts), starts.model
+        (forced,) = self.forced(np.ones(1))
+        model = self._model(forced, 0.0)
+        begun = self._begin(forced, model.forced.free, conditions, AtRest(), 0.0)
+        return self._column(shared_model(model), begun.starts), model
 
-    def _starts(self, omega: float, steady: Complexes, conditions: Conditions, start: Start, phase: float) -> _Starts:
+    def _begin(
+        self, forced: ForcedStructure, problem: CellProblem, conditions: Conditions, start: Start, phase: float
+    ) -> _Begun:
         """Return trajectories as those of `run` where they begin."""
-        free, gaps = self._models.free, self._gaps(conditions)
-        count, model = len(gaps), self._model(omega, steady, phase)
-        problem = model.problem
+        gaps = self._gaps(conditions)
+        count = len(gaps)
         stops = stops_table(self._models.oscillator, gaps, conditions.restitution, problem.cells, problem.steady_bound)
         scaled = start.scaled if isinstance(start, BetweenStops | AboutMiddle) else np.zeros((1, *self._shape))
         offset, on_stop = np.zeros(count), np.zeros(count * len(scaled), dtype=np.int64)
@@ -302,35 +288,34 @@ class Runner:
         else:
             state = self._from_equilibrium(conditions, np.zeros(self._shape))
             offset = middle_of_stops(conditions, stops[:, STOPS_UNIT])
-        base = free_state(free, steady, problem.orders, omega, state[0], state[1], phase)
-        return _Starts(
-            model,
-            stops,
-            np.repeat(base[None], count, axis=0),
-            _in_blocks(free, scaled),
-            offset,
-            np.repeat(self._aside[None], count, axis=0),
-            on_stop,
-            conditions.forcing,
-            np.full(count, problem.steady_bound),
+        starts = ColumnStarts(
+            stops=stops,
+            base=np.repeat(forced.free_state(state[0], state[1], phase)[None], count, axis=0),
+            directions=_in_blocks(self._models.free, scaled),
+            offset=offset,
+            aside=np.repeat(self._aside[None], count, axis=0),
+            on_stop=on_stop,
         )
+        return _Begun(starts, conditions.forcing, np.full(count, problem.steady_bound))
 
     @property
     def _shape(self) -> tuple[int, int]:
         """Shape of a state."""
         return 2, len(self._masses)
 
-    def _model(self, omega: float, steady: Complexes, phase: float) -> LaneModel:
-        """Return the oscillator at a frequency."""
-        problem, held = cell_problem(self._models, steady, omega, phase)
-        return LaneModel(problem, held, lane_tables(problem, held.viscous_term), self._blocks)
+    def _model(self, forced: ForcedStructure, phase: float) -> LaneModel:
+        """Return the structure at a frequency and a phase for the kernels; that of the last run is kept."""
+        if self._last_model is None or self._last_model[:2] != (forced, phase):
+            self._last_model = forced, phase, self._new_model(forced, phase)
+        return self._last_model[2]
 
-    def _at_rest(self, omega: float, steady: Complexes) -> tuple[LaneModel, Floats]:
-        """Return the oscillator at a frequency, and its state in equilibrium at the phase 0."""
-        model, rest = self._model(omega, steady, 0.0), np.zeros(len(self._masses))
-        return model, free_state(self._models.free, steady, model.problem.orders, omega, rest, rest, 0.0)
+    def _new_model(self, forced: ForcedStructure, phase: float) -> LaneModel:
+        kernels = forced.at_phase(phase)
+        return LaneModel(kernels, lane_tables(kernels), self._blocks)
 
-    def _column(self, models: LaneModels, starts: _Starts, inherits: bool = False, goes_on: bool = False) -> Column:
+    def _column(
+        self, models: LaneModels, starts: ColumnStarts, inherits: bool = False, goes_on: bool = False
+    ) -> Column:
         """Return what the kernels take."""
         count, settings = len(starts.on_stop), self._settings
         results = TrajectoryResults(
@@ -339,12 +324,7 @@ class Runner:
             final=final_states(count if settings.observed is not None else 0, len(self._masses)),
         )
         of_column = ColumnTask(
-            stops=starts.stops,
-            base=starts.base,
-            directions=starts.directions,
-            offset=starts.offset,
-            aside=starts.aside,
-            on_stop=starts.on_stop,
+            starts=starts,
             max_periods=settings.max_periods,
             max_period=settings.max_period,
             early=settings.early,
@@ -356,23 +336,16 @@ class Runner:
         )
         return Column(models, of_column, results, **self._scratch)
 
-    def final_state(self, omega: float, steady: Complexes, conditions: Conditions) -> Floats | None:
+    def final_state(self, forced: ForcedStructure, conditions: Conditions) -> Floats | None:
         """Return displacements and velocities (2, N) at the end of the last run, at the phase 0 of the forcing.
 
         The settings have `follow`. None if nothing was run, or for a trajectory that ended early, after which a sweep
-        starts at rest.
-
-        Parameters
-        ----------
-        omega, steady, conditions
-            Of the last trajectory.
+        starts at rest. The arguments are those of the last trajectory.
         """
         if self._ended == ENDED_EARLY:
             return None
-        free, size = self._models.free, len(self._masses)
-        orders = np.array([harmonic.order for harmonic in self._models.oscillator.forces], dtype=np.float64)
-        moved = free.from_modal @ self._scratch["final_state"].ravel() + reference_state(steady, orders, omega, 0.0)
-        state = conditions.forcing[-1] * moved.reshape(2, size)
+        moved = self._models.free.from_modal @ self._scratch["final_state"].ravel() + forced.reference_state(0.0)
+        state = conditions.forcing[-1] * moved.reshape(self._shape)
         state[0] += conditions.bias[-1] * self._equilibrium
         return np.asarray(state)
 
@@ -405,9 +378,9 @@ class Runner:
             velocity = self.oscillator.with_contact(velocity, 0.0)
         return FromState(np.stack([place, velocity]))
 
-    def random_states(self, omega: float, steady: Complexes, clearance: Clearance, start: AboutMiddle) -> Floats:
+    def random_states(self, forced: ForcedStructure, clearance: Clearance, start: AboutMiddle) -> Floats:
         """Return the states (s, 2, N) of `AboutMiddle`."""
-        unit = self.unit(omega, steady, clearance)
+        unit = self.unit(forced, clearance)
         conditions = Conditions.of(self.oscillator, np.array([both_clearances(clearance)]))
         states = unit * start.scaled
         states[:, 0] += middle_of_stops(conditions, np.array([unit]))[0] * self._models.constrained.profile
@@ -421,12 +394,11 @@ class Runner:
             known[:] = [TablesPerLane(1 + len(batches), (separate_tables(size, LANES, cells), *batches))]
         return known[0]
 
-    def unit(self, omega: float, steady: Complexes, clearance: Clearance) -> float:
+    def unit(self, forced: ForcedStructure, clearance: Clearance) -> float:
         """Return the unit of the stops in which initial states are given, `Stops.unit`."""
-        problem, _ = cell_problem(self._models, steady, omega, 0.0)
         conditions = Conditions.of(self._models.oscillator, np.array([both_clearances(clearance)]))
         right, left = self._gaps(conditions)[0].tolist()
-        return float(unit_of_stops(right, left, problem.steady_bound))
+        return float(unit_of_stops(right, left, forced.kernels.free.steady_bound))
 
     def _gaps(self, conditions: Conditions) -> Floats:
         """Return the gaps of the stops from the equilibrium, (k, 2), over the factors of the forces."""
@@ -452,13 +424,10 @@ class Runner:
             state = np.stack([state[0], oscillator.with_contact(state[1], -restitution * velocity)])
         return state, stop
 
-    def run_from(
-        self, omega: float, clearance: Clearance, start: State, inherits: bool = False
-    ) -> tuple[Integers, Floats]:
+    def run_from(self, forced: ForcedOscillator, start: State, inherits: bool = False) -> tuple[Integers, Floats]:
         """Run one trajectory from a state; return its codes (CODES,) and figures (FIGURES,). `inherits` as in `run`."""
-        steady = self.steady(np.array([omega]))[0]
-        state, only = np.stack([start.displacement, start.velocity]), np.array([both_clearances(clearance)])
-        codes, figures = self.run(omega, steady, only, FromState(state), start.phase, inherits)
+        begin = FromState(np.stack([start.displacement, start.velocity]))
+        codes, figures = self.run(forced.structure, np.array([forced.clearances]), begin, start.phase, inherits)
         return codes[0, 0], figures[0, 0]
 
 
@@ -475,18 +444,16 @@ def run_separate(structures: Sequence[SeparateRuns]) -> tuple[Integers, Floats]:
     -------
     codes, figures : (n, 1, CODES) and (n, 1, FIGURES)
     """
-    models, bases = [], []
-    for runner, omegas, steadies, _ in structures:
-        for omega, steady in zip(omegas.tolist(), steadies, strict=True):
-            model, base = runner._at_rest(omega, steady)
-            models.append(model)
-            bases.append(base)
+    models, bases, rest = [], [], np.zeros(structures[0].runner.oscillator.size)
+    for runner, at_frequencies, _ in structures:
+        models += [runner._new_model(forced, 0.0) for forced in at_frequencies]
+        bases += [forced.free_state(rest, rest, 0.0) for forced in at_frequencies]
     aside, gaps, offset, on_stop = (np.concatenate(parts) for parts in zip(*map(_rest_of, structures), strict=True))
     restitution, forcing = (
         np.concatenate([getattr(runs.conditions, name) for runs in structures]) for name in ("restitution", "forcing")
     )
-    cells = np.array([model.problem.cells for model in models])
-    amplitude = np.array([model.problem.steady_bound for model in models])
+    cells = np.array([model.forced.free.cells for model in models])
+    amplitude = np.array([model.forced.free.steady_bound for model in models])
     first = structures[0].runner
     codes = np.empty((len(models), 1, lane_state.CODES), dtype=np.int64)
     figures = np.empty((len(models), 1, lane_state.FIGURES))
@@ -495,20 +462,15 @@ def run_separate(structures: Sequence[SeparateRuns]) -> tuple[Integers, Floats]:
         stops = stops_table(first.oscillator, gaps[which], restitution[which], number, amplitude[which])
         separate = SeparateModels([models[i] for i in which.tolist()])
         base = np.stack([bases[i] for i in which.tolist()])
-        starts = _Starts(
-            separate.models.shared,
-            stops,
-            base,
-            np.zeros((1, *base.shape[1:])),
-            offset[which],
-            aside[which],
-            on_stop[which],
+        nothing = np.zeros((1, *base.shape[1:]))
+        begun = _Begun(
+            ColumnStarts(stops, base, nothing, offset[which], aside[which], on_stop[which]),
             forcing[which],
             amplitude[which],
         )
-        column = first._column(separate.models, starts)
+        column = first._column(separate.models, begun.starts)
         settle_column(first._masses, column, first._separate_tables(number), classify_lane.address(column))
-        codes[which], figures[which] = _named(starts, column.results.codes, column.results.figures)
+        codes[which], figures[which] = _named(begun, column.results.codes, column.results.figures)
     return codes, figures
 
 
@@ -518,12 +480,13 @@ def _rest_of(runs: SeparateRuns) -> tuple[Floats, Floats, Floats, Integers]:
     return np.repeat(runs.runner._aside[None], len(gaps), axis=0), gaps, *_preload(gaps)
 
 
-def _named(starts: _Starts, codes: Integers, figures: Floats) -> tuple[Integers, Floats]:
+def _named(begun: _Begun, codes: Integers, figures: Floats) -> tuple[Integers, Floats]:
     """Return the results of trajectories, (n, s, ..), in the unit of the oscillator."""
-    codes = codes.reshape(len(starts.stops), -1, codes.shape[1])
-    figures = figures.reshape(len(starts.stops), -1, figures.shape[1])
-    figures[:, :, lane_state.LEAST_VELOCITY] *= starts.forcing[:, None]
-    hidden = hidden_by_rounding(starts.steady_bound, starts.stops[:, STOPS_UNIT])
+    stops = begun.starts.stops
+    codes = codes.reshape(len(stops), -1, codes.shape[1])
+    figures = figures.reshape(len(stops), -1, figures.shape[1])
+    figures[:, :, lane_state.LEAST_VELOCITY] *= begun.forcing[:, None]
+    hidden = hidden_by_rounding(begun.steady_bound, stops[:, STOPS_UNIT])
     if np.any(hidden):
         codes[hidden, :, : lane_state.HALVES_RUN], figures[hidden] = 0, np.nan
         codes[hidden, :, lane_state.REASON], codes[hidden, :, lane_state.SETTLED_AFTER] = HIDDEN_BY_ROUNDING, -1

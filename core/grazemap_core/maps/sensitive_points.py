@@ -14,7 +14,7 @@ import numpy as np
 
 from grazemap_core.arrays import Booleans, Floats, Integers
 from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
-from grazemap_core.contact.cell_problem import Clearance, both_clearances
+from grazemap_core.contact.stops import Clearance, both_clearances
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.planes import Plane, start_at
 from grazemap_core.maps.runner import Runner, RunSettings
@@ -78,15 +78,15 @@ class Resolver:
         self._runner = Runner(
             oscillator, RunSettings(PERIODS_AT_ONCE * max_period + SPARE_PERIODS, max_period, linearised=False)
         )
-        self._steady = self._runner.steady(np.array([omega]))[0]
+        (self._forced,) = self._runner.forced(np.array([omega]))
 
     def random_states(self, clearance: Clearance, start: AboutMiddle) -> Floats:
         """Return random initial states (s, 2, N)."""
-        return self._runner.random_states(self._omega, self._steady, clearance, start)
+        return self._runner.random_states(self._forced, clearance, start)
 
     def resolve(self, clearance: Clearance, state: Floats | None = None, phase: float = 0.0) -> Resolution:
         """Decide the motion from displacements and velocities (2, N), or from rest, at a phase of the forcing."""
-        unit = self._runner.unit(self._omega, self._steady, clearance)
+        unit = self._runner.unit(self._forced, clearance)
 
         def start(bits: int) -> MultiprecisionRun:
             return MultiprecisionRun(self._oscillator, self._omega, clearance, state, phase, bits)
@@ -99,7 +99,7 @@ class Resolver:
             figures = np.full((len(states), lane_state.FIGURES), np.nan)
             if np.any(free):
                 start = BetweenStops(np.zeros(states.shape[1:]), states[free] / unit)
-                results = self._runner.run(self._omega, self._steady, np.array([both]), start, phase)
+                results = self._runner.run(self._forced, np.array([both]), start, phase)
                 codes[free], figures[free] = results[0][0], results[1][0]
             return codes, figures
 

@@ -163,7 +163,7 @@ def impacts_of(run: Trajectory) -> ImpactSequence:
         raise ParameterError("trajectory", "has settled to a motion without impacts")
     # whole forcing periods leave the phase as it was
     phases = run.final.phase + (run.impacts.period[chosen] - (periods - period)) * (2.0 * math.pi)
-    phases = phases + record.problem.omega * run.impacts.phase_time[chosen]
+    phases = phases + record.forced.free.omega * run.impacts.phase_time[chosen]
     velocities = run.impacts.velocity[chosen]
     sequence = ImpactSequence.create(period, run.impacts.stop[chosen].astype(np.int64), phases, velocities)
     return sequence.half() if motion.symmetric and sequence.mirrors() else sequence

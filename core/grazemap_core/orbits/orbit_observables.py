@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.contact.cell_problem import Clearance, cell_problem, stops_between, trajectory_models
-from grazemap_core.contact.kernels.workspace import EVENT_COLUMNS, HALF, TIME
+from grazemap_core.contact.forced import forced_structures, trajectory_models
+from grazemap_core.contact.kernels.runs import EVENT_COLUMNS, HALF, TIME
+from grazemap_core.contact.stops import Clearance, stops_between
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
-from grazemap_core.model.resonant_modes import reference_response
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.periodic_orbits import PeriodicOrbit
 from grazemap_core.orbits.simulated_orbits import SimulatedOrbit
@@ -38,10 +38,10 @@ class OrbitObserver:
             Of an orbit, without virtual impacts.
         """
         models, whole = replace(self._models, oscillator=oscillator), impacts.whole
-        reference = reference_response(oscillator, models.free, np.array([omega]))[0]
-        problem, held = cell_problem(models, reference, omega)
+        (structure,) = forced_structures(models, np.array([omega]))
+        problem = structure.kernels.free
         stops = stops_between(oscillator, clearance, problem.lasting_bound)
-        outputs = observed_outputs(self._wanted, models, problem, held, whole_steady(oscillator, omega), whole=True)
+        outputs = observed_outputs(self._wanted, models, structure.kernels, whole_steady(oscillator, omega), whole=True)
         rows = np.empty((len(whole.stops), EVENT_COLUMNS + 2 * oscillator.size))
         impact_rows = np.stack([whole.stops.astype(np.float64), whole.phases, whole.velocities])
         write_orbit(problem, stops, impact_rows, 2.0 * math.pi * whole.period / omega, rows)

@@ -14,7 +14,7 @@ from typing import ClassVar
 import numpy as np
 
 from grazemap_core.arrays import Complexes
-from grazemap_core.contact.cell_problem import Clearance
+from grazemap_core.contact.stops import Clearance
 from grazemap_core.errors import LinearisationError, ParameterError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period

@@ -18,7 +18,7 @@ import numpy as np
 
 from grazemap_core.arrays import Booleans, Floats, Integers
 from grazemap_core.checks import checked_order
-from grazemap_core.contact.cell_problem import has_odd_harmonics_only
+from grazemap_core.contact.stops import has_odd_harmonics_only
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.grazing_curve import VariedStop
 from grazemap_core.grazing.steady_maxima import steady_motion

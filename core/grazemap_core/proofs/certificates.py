@@ -12,7 +12,7 @@ from flint import arb
 from grazemap.checker.reading import INPUTS, VARIED, fields
 from grazemap.checker.system import Inputs, Machine
 from grazemap_core.arrays import Floats
-from grazemap_core.contact.cell_problem import Clearance
+from grazemap_core.contact.stops import Clearance
 from grazemap_core.model.chain import Chain
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.records import NamedTuple, dataclass

@@ -8,12 +8,11 @@ from __future__ import annotations
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.contact.cell_problem import Clearance, reference_state
-from grazemap_core.contact.kernels.cells import CellProblem
+from grazemap_core.contact.kernels.cells import Forced
 from grazemap_core.contact.kernels.half_period import reason_of_end
-from grazemap_core.contact.kernels.sticking_flow import HeldProblem
+from grazemap_core.contact.kernels.runs import EVENT_COUNT, OK, RECORD_FULL, Run
 from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.contact.kernels.workspace import EVENT_COUNT, OK, RECORD_FULL, Workspace
+from grazemap_core.contact.stops import Clearance
 from grazemap_core.errors import LinearisationError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.records import dataclass
@@ -25,34 +24,30 @@ from grazemap_core.simulation.start import forced_oscillator, initial_state, lon
 
 @dataclass(eq=False)
 class LinearisedRun:
-    """A trajectory in progress; `advance` changes `state` and the arrays of the kernels."""
+    """A trajectory in progress; `advance` changes `run`."""
 
-    problem: CellProblem
-    """Arguments of the kernels for a free contact."""
-    held: HeldProblem
-    """Arguments of the kernels for a contact at rest on a stop."""
-    state: Floats
-    """(N, 2) Current state less the reference motion, in block coordinates."""
+    forced: Forced
+    """The structure under its forces from the initial phase on, for the kernels."""
     reference_at_start: Floats
     """(2 N,) Displacements, then velocities, of the reference motion at the start's phase, with the equilibrium."""
     stops: Stops
     """The stops."""
     halves: int
     """Number of half periods completed."""
-    work: Workspace
-    """Regime and scratch of the trajectory."""
+    run: Run
+    """The trajectory."""
     began: HalfPeriod
     """Copy of the state at the start of the half period, which is run again if the record of events was too short."""
 
     @property
     def period(self) -> float:
         """Duration of a forcing period."""
-        return self.problem.step * self.problem.cells
+        return self.forced.free.step * self.forced.free.cells
 
     @property
     def physical_state(self) -> Floats:
         """Displacements, then velocities, (2 N,); wrong except after a whole number of periods."""
-        return np.asarray(self.held.from_free @ self.state.ravel() + self.reference_at_start)
+        return np.asarray(self.forced.held.from_free @ self.run.u.ravel() + self.reference_at_start)
 
     def advance(self, halves: int, tangent: Floats) -> None:
         """Advance by a number of half periods; the linearised flow is applied to tangent (2 N, k) in place.
@@ -64,12 +59,10 @@ class LinearisedRun:
         """
         for _ in range(halves):
             while True:
-                status = run_half_linearised(
-                    self.problem, self.held, self.stops, self.state, self.halves, self.work, tangent, self.began
-                )
+                status = run_half_linearised(self.forced, self.stops, self.run, self.halves, tangent, self.began)
                 if status != RECORD_FULL:
                     break
-                self.work = longer_record(self.work)
+                self.run = longer_record(self.run)
             self.require(status)
             self.halves += 1
 
@@ -104,16 +97,14 @@ def linearised_run(
     forced = forced_oscillator(oscillator, omega, clearance)
     begun = start(forced, initial_state(forced, displacement, velocity, phase))
     run = LinearisedRun(
-        problem=begun.problem,
-        held=begun.held,
-        state=begun.u,
-        reference_at_start=reference_state(forced.steady, begun.problem.orders, omega, phase)
+        forced=begun.forced,
+        reference_at_start=forced.structure.reference_state(phase)
         + np.concatenate([forced.equilibrium, np.zeros(oscillator.size)]),
         stops=begun.stops,
         halves=0,
-        work=begun.work,
+        run=begun.run,
         began=half_period(oscillator.size),
     )
     run.require(begun.status)
-    run.work.cursor[EVENT_COUNT] = 0  # events of the start belong to no half period
+    run.run.cursor[EVENT_COUNT] = 0  # events of the start belong to no half period
     return run

@@ -9,10 +9,10 @@ import numpy as np
 from grazemap_core import codes
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.checks import checked_order
-from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.contact.kernels.cells import reach_from
 from grazemap_core.contact.kernels.half_period import is_free_for_ever
-from grazemap_core.contact.kernels.workspace import ANCHOR
+from grazemap_core.contact.kernels.runs import ANCHOR
+from grazemap_core.contact.stops import Clearance
 from grazemap_core.errors import LinearisationError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
@@ -96,15 +96,15 @@ def monodromy(
     count = oscillator.size
     if period is None:
         period = _settle(run, max_periods, max_period)
-    start, here = run.state.copy(), run.physical_state
+    start, here = run.run.u.copy(), run.physical_state
     tangent = np.eye(2 * count)
     run.advance(2 * period, tangent)
     # eigenvalues are computed in the energy norm, in which all entries of the matrix have the same unit
-    weight = np.stack([run.problem.frequency, np.ones(count)], axis=1).ravel()
+    weight = np.stack([run.forced.free.frequency, np.ones(count)], axis=1).ravel()
     multipliers = np.linalg.eigvals(tangent * weight[:, None] / weight).astype(np.complex128)
     order = np.argsort(-np.abs(multipliers), kind="stable")
     return Monodromy(
-        matrix=run.held.from_free @ tangent @ run.held.to_free,
+        matrix=run.forced.held.from_free @ tangent @ run.forced.held.to_free,
         multipliers=multipliers[order],
         period=period,
         time=period * run.period,
@@ -117,21 +117,21 @@ def monodromy(
 
 def _distance(run: LinearisedRun, state: Floats) -> float:
     """Return the distance of the run from a state, in units of the stops."""
-    return float(np.max(np.abs(run.state - state) * run.problem.displacement_scale)) / run.stops.unit
+    return float(np.max(np.abs(run.run.u - state) * run.forced.free.displacement_scale)) / run.stops.unit
 
 
 def _settle(run: LinearisedRun, max_periods: int, max_period: int) -> int:
     """Advance a run until its period is detected and it closes to round-off, and return the minimal period."""
-    problem, stops, work = run.problem, run.stops, run.work
-    nothing = np.zeros((run.state.size, 0))
-    ring = period_detection.stroboscopic_history(len(run.state), max_period)
-    period_detection.record_half_period(ring, 0, run.state, work)
+    problem, stops, size = run.forced.free, run.stops, len(run.run.u)
+    nothing = np.zeros((2 * size, 0))
+    ring = period_detection.stroboscopic_history(size, max_period)
+    period_detection.record_half_period(ring, 0, run.run)
     reason, period = codes.NOT_CLOSED, 0
     for _ in range(2 * max_periods):
         run.advance(1, nothing)
-        period_detection.record_half_period(ring, run.halves, run.state, run.work)
-        reach = reach_from(problem, stops, run.state, run.halves)
-        if is_free_for_ever(problem, stops, reach, int(run.work.cursor[ANCHOR])):
+        period_detection.record_half_period(ring, run.halves, run.run)
+        reach = reach_from(problem, stops, run.run.u, run.halves)
+        if is_free_for_ever(problem, stops, reach, int(run.run.cursor[ANCHOR])):
             reason, period = codes.RESOLVED, 1
         else:
             halves = run.halves
@@ -145,7 +145,7 @@ def _settle(run: LinearisedRun, max_periods: int, max_period: int) -> int:
     # until returns are small and have not decreased for some periods
     best, waited = np.inf, 0
     for _ in range(max_periods // period):
-        before = run.state.copy()
+        before = run.run.u.copy()
         run.advance(2 * period, nothing)
         distance = _distance(run, before)
         waited = waited + 1 if distance >= best else 0

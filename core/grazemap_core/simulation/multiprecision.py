@@ -16,7 +16,7 @@ from flint import acb, acb_mat, arb, ctx
 from scipy.optimize import brentq
 
 from grazemap_core.arrays import Complexes, Floats
-from grazemap_core.contact.cell_problem import Clearance, both_clearances, unit_of_stops
+from grazemap_core.contact.stops import Clearance, both_clearances, unit_of_stops
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.multiprecision_modes import ModalMotion, MotionEquations, RunError

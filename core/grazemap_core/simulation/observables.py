@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.contact.held_problem import HeldModel
-from grazemap_core.contact.kernels.cells import CellProblem
+from grazemap_core.contact.kernels.cells import CellProblem, Forced
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.equilibrium import equilibrium
@@ -168,12 +168,7 @@ class _Rows:
 
 
 def observed_outputs(
-    wanted: Observables,
-    models: HeldModel,
-    problem: CellProblem,
-    held: HeldProblem,
-    steady: Complexes,
-    whole: bool = False,
+    wanted: Observables, models: HeldModel, forced: Forced, steady: Complexes, whole: bool = False
 ) -> ObservedOutputs:
     """Return the outputs of an oscillator at one forcing frequency, for the kernels.
 
@@ -185,6 +180,7 @@ def observed_outputs(
     whole : bool
         Whether that motion is the whole steady motion. Otherwise it is the reference motion, without resonant modes.
     """
+    problem = forced.free
     rows, orders = _rows(wanted, models.oscillator), np.asarray(1j * problem.omega * problem.orders[:, None])
     return ObservedOutputs(
         free=_output_rows(
@@ -195,7 +191,7 @@ def observed_outputs(
             problem,
             resonant=problem.resonant_forcing.shape[1] > 0 and not whole,
         ),
-        held=_held_rows(rows, problem, held, orders),
+        held=_held_rows(rows, forced, orders),
         jumps=rows.velocity @ models.oscillator.jump,
         effective_mass=models.oscillator.effective_mass,
     )
@@ -218,13 +214,14 @@ def _rows(wanted: Observables, oscillator: Oscillator) -> _Rows:
     return _Rows(displacement, velocity, np.array(constant))
 
 
-def _held_rows(rows: _Rows, problem: CellProblem, held: HeldProblem, orders: Complexes) -> OutputRows:
+def _held_rows(rows: _Rows, forced: Forced, orders: Complexes) -> OutputRows:
     """Return the outputs while the contact rests; the first one is the acceleration of q that the stop takes."""
+    held = forced.held
     turned = held.phase_factors[:, 0, 0] + 1j * held.phase_factors[:, 0, 1]
     steady = (held.steady[..., 0] + 1j * held.steady[..., 1]) * turned[:, None]
     harmonics = steady @ rows.displacement.T + (orders * steady) @ rows.velocity.T
     harmonics[:, 0] = held.steady_table[:, 0, 0] + 1j * held.steady_table[:, 0, 1]
-    outputs = _output_rows(held, held.from_blocks, rows, harmonics, problem)
+    outputs = _output_rows(held, held.from_blocks, rows, harmonics, forced.free)
     outputs.values[0], outputs.constants[0, 1] = held.output_row[:, :2].ravel(), -held.static_acceleration
     outputs.constants[1:, 1] = (rows.displacement @ held.profile)[1:]
     return outputs
@@ -259,8 +256,8 @@ def of_record(record: Record, models: HeldModel, wanted: Observables, periods: i
     """Return the figures (count,) of a record that has all of its forcing periods; `wanted.nothing` of others."""
     if not record.end >= (periods - 0.5) * record.period:
         return wanted.nothing
-    outputs = observed_outputs(wanted, models, record.problem, record.held, record.steady[:, :, :-1])
+    outputs = observed_outputs(wanted, models, record.forced, record.steady[:, :, :-1])
     totals, scratch = wanted.totals(), wanted.scratch(len(record.equilibrium))
     end = (float(record.first_half + 2 * periods), 0.0)
-    observe_rows(record.problem, outputs, record.stops, record.rows, end, totals, scratch)
-    return wanted.figures(totals.contacts, totals.outputs, record.problem.omega, periods)
+    observe_rows(record.forced.free, outputs, record.stops, record.rows, end, totals, scratch)
+    return wanted.figures(totals.contacts, totals.outputs, record.forced.free.omega, periods)

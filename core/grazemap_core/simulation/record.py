@@ -8,15 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.arrays import Complexes, Floats, Integers
-from grazemap_core.contact.kernels import workspace
-from grazemap_core.contact.kernels.cells import CellProblem
-from grazemap_core.contact.kernels.sticking_flow import HeldProblem
+from grazemap_core.contact.kernels import runs
+from grazemap_core.contact.kernels.cells import CellProblem, Forced
+from grazemap_core.contact.kernels.runs import Run
 from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.errors import ParameterError
 from grazemap_core.records import dataclass
 from grazemap_core.simulation.kernels.sampling import Moments, events_before, sample_motion, split_times
-from grazemap_core.simulation.start import Start
 from grazemap_core.simulation.tolerances import END_ROUNDING
 
 
@@ -65,10 +63,8 @@ class Sticking:
 class Record:
     """The events of a trajectory; time counts from the start of the record."""
 
-    problem: CellProblem
-    """The oscillator, for the kernels."""
-    held: HeldProblem
-    """The oscillator with the contact at rest, for the kernels."""
+    forced: Forced
+    """The structure under its forces, for the kernels."""
     shape: Floats
     """(N, N, 2) As in `ModalModel`."""
     steady: Complexes
@@ -87,26 +83,26 @@ class Record:
     @property
     def period(self) -> float:
         """Duration of a forcing period."""
-        return 2.0 * math.pi / self.problem.omega
+        return 2.0 * math.pi / self.forced.free.omega
 
     @property
     def event_time(self) -> Floats:
         """Times of the rows, (1 + events,)."""
-        return (self.rows[:, workspace.HALF] - self.first_half) * (0.5 * self.period) + self.rows[:, workspace.TIME]
+        return (self.rows[:, runs.HALF] - self.first_half) * (0.5 * self.period) + self.rows[:, runs.TIME]
 
     def impacts(self) -> Impacts:
         """Return the impacts among the events."""
         rows, time = self.rows[1:], self.event_time[1:]
-        there = rows[:, workspace.KIND] != workspace.RELEASE
-        half = rows[there, workspace.HALF].astype(np.int64) - self.first_half
+        there = rows[:, runs.KIND] != runs.RELEASE
+        half = rows[there, runs.HALF].astype(np.int64) - self.first_half
         return Impacts(
             time=time[there],
             period=half // 2,
-            phase_time=(half % 2) * (0.5 * self.period) + rows[there, workspace.TIME],
-            stop=rows[there, workspace.STOP].astype(np.int8),
-            velocity=rows[there, workspace.VELOCITY],
+            phase_time=(half % 2) * (0.5 * self.period) + rows[there, runs.TIME],
+            stop=rows[there, runs.STOP].astype(np.int8),
+            velocity=rows[there, runs.VELOCITY],
             kind=np.select(
-                [rows[there, workspace.KIND] == workspace.CHATTER, rows[there, workspace.KIND] == workspace.GRAZE],
+                [rows[there, runs.KIND] == runs.CHATTER, rows[there, runs.KIND] == runs.GRAZE],
                 ["chatter", "graze"],
                 "impact",
             ),
@@ -118,25 +114,25 @@ class Record:
         A contact that is released in the moment in which it would come to rest has none.
         """
         rows = self.rows
-        start = self.event_time + rows[:, workspace.DELAY]
+        start = self.event_time + rows[:, runs.DELAY]
         until = np.append(self.event_time[1:], self.end)  # the event after a rest is its release
-        ends = np.append(rows[1:, workspace.KIND] == workspace.RELEASE, False)
+        ends = np.append(rows[1:, runs.KIND] == runs.RELEASE, False)
         begins = (
-            ~np.isin(rows[:, workspace.KIND], (workspace.IMPACT, workspace.GRAZE, workspace.RELEASE))
+            ~np.isin(rows[:, runs.KIND], (runs.IMPACT, runs.GRAZE, runs.RELEASE))
             & (start <= self.end)
             & ~(ends & (until <= start))
         )
         return Sticking(
             start=start[begins],
             stop_time=until[begins],
-            stop=rows[begins, workspace.STOP].astype(np.int8),
+            stop=rows[begins, runs.STOP].astype(np.int8),
         )
 
     def evenly(self, index: Integers, samples_per_period: int) -> tuple[Floats, Floats]:
         """Return displacement and velocity, each (N, n), at increasing multiples of 1/n of the forcing period."""
         part = index % samples_per_period  # of its forcing period
         half = self.first_half + 2 * (index // samples_per_period)
-        half_time = math.pi / self.problem.omega
+        half_time = math.pi / self.forced.free.omega
         within = 2.0 * half_time * part / samples_per_period
         row = events_before(self.rows, half, within, half_time)
         return self._sampled(row, half, within, 2.0 * math.pi * part / samples_per_period)
@@ -150,14 +146,14 @@ class Record:
             A time lies outside the record, or the times are not a list of numbers.
         """
         times = checked_times(times, self.end)
-        whole, within = split_times(times, self.problem.omega)
+        whole, within = split_times(times, self.forced.free.omega)
         # compared with the rounded times that users see: a sample at the time of an impact shows the state after it
         row = np.searchsorted(self.event_time[1:], times, side="right").astype(np.int64)
-        return self._sampled(row, self.first_half + 2 * whole, within, self.problem.omega * within)
+        return self._sampled(row, self.first_half + 2 * whole, within, self.forced.free.omega * within)
 
     def _sampled(self, row: Integers, half: Integers, within: Floats, angle: Floats) -> tuple[Floats, Floats]:
         moments = Moments(row, half, within, angle)
-        x, v = sample_motion(self.problem, self.held, self.shape, self.steady, self.rows, self.stops, moments)
+        x, v = sample_motion(self.forced, self.shape, self.steady, self.rows, self.stops, moments)
         return x + self.equilibrium[:, None], v
 
 
@@ -169,21 +165,20 @@ def checked_times(times: Floats, end: float) -> Floats:
     return values
 
 
-def first_row(run: Start, first_half: int) -> Floats:
+def first_row(problem: CellProblem, run: Run, first_half: int) -> Floats:
     """Return the first row of a record that begins at the current state of a run, shape (1, EVENT_COLUMNS + 2 N)."""
-    work: Workspace = run.work
-    row = np.zeros((1, workspace.EVENT_COLUMNS + run.u.size))
-    row[0, workspace.HALF] = first_half
-    if work.cursor[workspace.HELD] != 0 and work.cursor[workspace.EVENT_COUNT] == 0:
-        half_time = 0.5 * run.problem.cells * run.problem.step
+    row = np.zeros((1, runs.EVENT_COLUMNS + run.u.size))
+    row[0, runs.HALF] = first_half
+    if run.cursor[runs.HELD] != 0 and run.cursor[runs.EVENT_COUNT] == 0:
+        half_time = 0.5 * problem.cells * problem.step
         since = (run.held.since[0] - first_half) * half_time + run.held.since[1]
-        row[0, [workspace.STOP, workspace.KIND, workspace.DELAY]] = (
-            work.cursor[workspace.HELD],
-            workspace.REST,
+        row[0, [runs.STOP, runs.KIND, runs.DELAY]] = (
+            run.cursor[runs.HELD],
+            runs.REST,
             max(0.0, since),
         )
-        row[0, workspace.EVENT_COLUMNS : workspace.EVENT_COLUMNS + run.held.state.size] = run.held.state.ravel()
+        row[0, runs.EVENT_COLUMNS : runs.EVENT_COLUMNS + run.held.state.size] = run.held.state.ravel()
     else:
-        row[0, [workspace.KIND]] = workspace.IMPACT
-        row[0, workspace.EVENT_COLUMNS :] = run.u.ravel()
+        row[0, [runs.KIND]] = runs.IMPACT
+        row[0, runs.EVENT_COLUMNS :] = run.u.ravel()
     return row

@@ -12,28 +12,27 @@ import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.checks import checked_omega
-from grazemap_core.contact.cell_problem import (
-    Clearance,
-    at_phase,
-    both_clearances,
-    cell_problem,
-    free_state,
-    reference_state,
-    require_length,
-    stops_of,
-    trajectory_models,
-)
-from grazemap_core.contact.held_problem import HeldModel
-from grazemap_core.contact.kernels.cells import CellProblem, reference_at
+from grazemap_core.contact.forced import ForcedStructure, forced_structures, trajectory_models
+from grazemap_core.contact.kernels.cells import Forced, reference_at
 from grazemap_core.contact.kernels.event_loop import Contact, impact_at_stop
+from grazemap_core.contact.kernels.runs import (
+    ANCHOR,
+    ANCHOR_GAP,
+    ANCHOR_RATE,
+    HELD,
+    OK,
+    ZERO_ORDER,
+    Moment,
+    Run,
+    new_run,
+)
 from grazemap_core.contact.kernels.sticking import rest_after_impact, start_on_stop
-from grazemap_core.contact.kernels.sticking_flow import HeldProblem, held_motion
+from grazemap_core.contact.kernels.sticking_flow import held_motion
 from grazemap_core.contact.kernels.stops import Stops, gap_of
-from grazemap_core.contact.kernels.workspace import ANCHOR, HELD, OK, ZERO_ORDER, Workspace, workspace
+from grazemap_core.contact.stops import Clearance, both_clearances, require_length, stops_of
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.model.resonant_modes import reference_response
 from grazemap_core.records import dataclass
 from grazemap_core.simulation.tolerances import LENGTH_ROUNDING
 from grazemap_core.tolerances import EPSILON
@@ -61,16 +60,20 @@ class State:
 class ForcedOscillator:
     """An oscillator at one forcing frequency, between its stops."""
 
-    oscillator: Oscillator
-    """The oscillator; the orders of its forces have no common divisor but 1."""
-    omega: float
-    """Angular frequency of the forces' own period, 2 pi/omega; a multiple of the frequency of the request."""
+    structure: ForcedStructure
+    """The structure under its forces."""
     clearance: Clearance
     """Clearances of the stops."""
-    models: HeldModel
-    """The oscillator's modal models, with the contact free and at rest."""
-    steady: Complexes
-    """(H, 2, N + 1) Amplitudes of the reference motion by harmonic, from `reference_response`."""
+
+    @property
+    def oscillator(self) -> Oscillator:
+        """The oscillator; the orders of its forces have no common divisor but 1."""
+        return self.structure.oscillator
+
+    @property
+    def omega(self) -> float:
+        """Angular frequency of the forces' own period, 2 pi/omega; a multiple of the frequency of the request."""
+        return self.structure.omega
 
     @property
     def stops(self) -> Stops:
@@ -123,13 +126,14 @@ class ForcedOscillator:
     @cached_property
     def _unit_rounding(self) -> float:
         """Round-off of the gap of the nearer stop, and of the steady motion of the contact."""
-        displacements = np.abs(self.equilibrium) + np.sum(np.abs(self.steady[:, 0, :-1]), axis=0)
+        displacements = np.abs(self.equilibrium) + np.sum(np.abs(self.structure.steady[:, 0, :-1]), axis=0)
         return LENGTH_ROUNDING * (abs(self._nearer_stop) + float(np.abs(self.oscillator.contact) @ displacements))
 
     @cached_property
     def _stops(self) -> Stops:
         """The stops; their unit of length may be 0."""
-        return stops_of(self.oscillator, self.clearance, self._at_phase_zero[0])
+        bound = self.structure.kernels.free.steady_bound
+        return stops_of(self.oscillator, self.clearance, self.structure.cells, bound)
 
     @cached_property
     def equilibrium(self) -> Floats:
@@ -147,35 +151,23 @@ class ForcedOscillator:
         for stop, clearance in zip((1, -1), self.clearances, strict=True):
             gap = gap_of(self._stops, stop)
             if gap < 0.0:
-                moved = self.equilibrium + stop * gap * self.models.constrained.profile
+                moved = self.equilibrium + stop * gap * self.structure.models.constrained.profile
                 return self.oscillator.with_contact(moved, stop * clearance)
         return self.equilibrium
 
-    @cached_property
-    def _at_phase_zero(self) -> tuple[CellProblem, HeldProblem]:
-        return cell_problem(self.models, self.steady, self.omega)
-
-    def problems(self, phase: float) -> tuple[CellProblem, HeldProblem]:
-        """Return the kernels' arrays for a forcing phase at t = 0; those that are changed in place are new."""
-        return at_phase(*self._at_phase_zero, self.models, self.steady, phase)
-
 
 @dataclass(eq=False)
-class Start:
+class Started:
     """A trajectory at its start; if the contact starts on a stop and moves into it, just after this impact."""
 
-    problem: CellProblem
-    """The oscillator, for the kernels."""
-    held: HeldProblem
-    """The oscillator with the contact at rest, for the kernels; its `state` is the current state while it rests."""
+    forced: Forced
+    """The structure under its forces from the initial phase on, for the kernels."""
     steady: Complexes
-    """(H, 2, N + 1) As `ForcedOscillator.steady`, the initial phase included."""
+    """(H, 2, N + 1) As `ForcedStructure.steady`, the initial phase included."""
     stops: Stops
     """From `ForcedOscillator.stops_from`."""
-    u: Floats
-    """(N, 2) Current state while q is free. The kernels change it, `held` and `work` in place."""
-    work: Workspace = field(repr=False)
-    """Workspace, whose record contains the impact at the start, if there is one."""
+    run: Run = field(repr=False)
+    """The run, whose record contains the impact at the start, if there is one. Kernels change it in place."""
     status: int
     """OK, or the status with which the trajectory ends at its start."""
 
@@ -194,13 +186,11 @@ def forced_oscillator(oscillator: Oscillator, omega: float, clearance: Clearance
         The modal model is ill-conditioned.
     """
     oscillator, times = oscillator.at_own_period
-    omega = times * omega
-    values = checked_omega([omega])
+    values = checked_omega([times * omega])
     if not isinstance(clearance, tuple) and not clearance > 0.0:
         raise ParameterError("clearance", "of both stops must be greater than 0")
-    models = trajectory_models(oscillator)
-    steady = reference_response(oscillator, models.free, values)[0]
-    forced = ForcedOscillator(oscillator, omega, clearance, models, steady)
+    (structure,) = forced_structures(trajectory_models(oscillator), values)
+    forced = ForcedOscillator(structure, clearance)
     _ = forced._stops  # checks them
     return forced
 
@@ -266,72 +256,68 @@ def beyond_rounding(*terms: float) -> float:
     return size if size > LENGTH_ROUNDING * math.fsum(map(abs, terms)) else 0.0
 
 
-def start(forced: ForcedOscillator, state: State) -> Start:
+def start(forced: ForcedOscillator, state: State) -> Started:
     """Return the trajectory that starts from a state of `initial_state`.
 
     If the contact starts on a stop, moving into it is an impact; at rest it stays there if it is accelerated toward the
     stop. If the velocity of the contact is a sum of several velocities, the round-off of this sum counts as rest.
     """
-    problem, held = forced.problems(state.phase)
-    orders, place = problem.orders, state.displacement - forced.equilibrium
-    u = free_state(forced.models.free, forced.steady, orders, forced.omega, place, state.velocity, state.phase)
-    work = workspace(forced.oscillator.size, events=EVENTS)
-    steady = forced.steady * np.exp(1j * orders * state.phase)[:, None, None]
+    structure, kernels = forced.structure, forced.structure.at_phase(state.phase)
+    run = new_run(forced.oscillator.size, len(structure.orders), EVENTS)
+    run.u[:] = structure.free_state(state.displacement - forced.equilibrium, state.velocity, state.phase)
+    steady = structure.steady * np.exp(1j * structure.orders * state.phase)[:, None, None]
     status, stop = OK, touched_stop(forced.oscillator, forced.clearances, state.displacement)
     stops = forced.stops_from(state)
     if stop != 0:
         velocity, rounding = _contact_coordinate(forced.oscillator, state.velocity)
         if abs(velocity) <= rounding:
             velocity = 0.0
-        status = _start_on_stop(problem, held, stops, u, stop, velocity, work)
-    return Start(problem, held, steady, stops, u, work, status)
+        status = _start_on_stop(kernels, stops, run, stop, velocity)
+    return Started(kernels, steady, stops, run, status)
 
 
-def _start_on_stop(
-    problem: CellProblem, held: HeldProblem, stops: Stops, u: Floats, stop: int, velocity: float, work: Workspace
-) -> int:
+def _start_on_stop(forced: Forced, stops: Stops, run: Run, stop: int, velocity: float) -> int:
     """Start on a stop: at rest, with an impact if the contact moves into the stop, or moving away. Returns a status."""
     if velocity == 0.0:
-        return start_on_stop(problem, held, stops, u, stop, work)
+        return start_on_stop(forced, stops, run, stop)
     if velocity * stop > 0.0:
-        touch = Contact(stop, velocity, reference_at(problem, 0, 0.0)[2], 0, 0.0)
-        if impact_at_stop(problem, stops, u, touch, work):
-            return int(rest_after_impact(problem, held, stops, u, 0, 0.0, 0, work))
+        touch = Contact(stop, velocity, reference_at(forced.free, 0, 0.0)[2], 0, 0.0)
+        if impact_at_stop(forced.free, stops, run, touch):
+            return int(rest_after_impact(forced, stops, run, Moment(0, 0.0, 0)))
         return OK
-    work.cursor[ANCHOR], work.cursor[ZERO_ORDER] = stop, 1
-    work.near[:2] = 0.0, abs(velocity)
+    run.cursor[ANCHOR], run.cursor[ZERO_ORDER] = stop, 1
+    run.near[ANCHOR_GAP], run.near[ANCHOR_RATE] = 0.0, abs(velocity)
     return OK
 
 
-def longer_record(work: Workspace, most: int = sys.maxsize) -> Workspace:
-    """Return a workspace with the same events and room for four times as many, but for at most `most`."""
-    rows, columns = work.events.shape
+def longer_record(run: Run, most: int = sys.maxsize) -> Run:
+    """Return a run with the same events and room for four times as many, but for at most `most`."""
+    rows, columns = run.events.shape
     events = np.zeros((min(4 * rows, most), columns))
-    events[:rows] = work.events
-    return work._replace(events=events)
+    events[:rows] = run.events
+    return run._replace(events=events)
 
 
-def state_at(forced: ForcedOscillator, run: Start, phase: float) -> State:
+def state_at(forced: ForcedOscillator, stops: Stops, run: Run, phase: float) -> State:
     """Return the current state of a run as an initial state at this forcing phase.
 
     While the contact rests, or makes the summed impacts before that, it is exactly on its stop. Near a stop that it has
-    left, its gap and speed are those of the workspace. Round-off never places it beyond a stop. `run.held` is
+    left, its gap and speed are those of the run. Round-off never places it beyond a stop. The scratch of `run.held` is
     overwritten.
     """
-    count, held = forced.oscillator.size, run.held
-    anchor, resting = int(run.work.cursor[ANCHOR]), int(run.work.cursor[HELD])
+    structure, count, rest = forced.structure, forced.oscillator.size, run.held
+    anchor, resting = int(run.cursor[ANCHOR]), int(run.cursor[HELD])
     right, left = forced.clearances
     if resting != 0:
-        held.turn[:, 0], held.turn[:, 1] = np.cos(held.orders * phase), np.sin(held.orders * phase)
-        held_motion(held, held.state, resting * gap_of(run.stops, resting), forced.omega)
-        x = forced.oscillator.with_contact(held.physical[:count] + forced.equilibrium, right if resting > 0 else -left)
-        return State(x, held.physical[count:].copy(), phase)
-    physical = np.asarray(held.from_free @ run.u.ravel()) + reference_state(
-        forced.steady, held.orders, forced.omega, phase
-    )
+        angles = structure.orders * phase
+        rest.turn[:, 0], rest.turn[:, 1] = np.cos(angles), np.sin(angles)
+        held_motion(structure.kernels.held, rest, resting * gap_of(stops, resting))
+        x = forced.oscillator.with_contact(rest.physical[:count] + forced.equilibrium, right if resting > 0 else -left)
+        return State(x, rest.physical[count:].copy(), phase)
+    physical = np.asarray(structure.kernels.held.from_free @ run.u.ravel()) + structure.reference_state(phase)
     x, v = physical[:count] + forced.equilibrium, physical[count:]
     if anchor != 0:
-        gap, rate = run.work.near[:2]
+        gap, rate = run.near[ANCHOR_GAP], run.near[ANCHOR_RATE]
         x, v = (
             forced.oscillator.with_contact(x, right - gap if anchor > 0 else gap - left),
             forced.oscillator.with_contact(v, -anchor * rate),

@@ -10,10 +10,9 @@ import numpy as np
 from grazemap_core import codes
 from grazemap_core.arrays import Floats
 from grazemap_core.checks import checked_order
-from grazemap_core.contact.cell_problem import Clearance
 from grazemap_core.contact.kernels.cells import forced_part, reach_from
 from grazemap_core.contact.kernels.half_period import is_free_for_ever, reason_of_end
-from grazemap_core.contact.kernels.workspace import (
+from grazemap_core.contact.kernels.runs import (
     ANCHOR,
     EVENT_COLUMNS,
     EVENT_COUNT,
@@ -24,6 +23,7 @@ from grazemap_core.contact.kernels.workspace import (
     TIME,
     UNDECIDED,
 )
+from grazemap_core.contact.stops import Clearance
 from grazemap_core.errors import RecordSizeError
 from grazemap_core.model.harmonic_response import hidden_by_rounding
 from grazemap_core.model.oscillator import Oscillator
@@ -36,7 +36,7 @@ from grazemap_core.simulation.motion import Motion, motion_from_codes
 from grazemap_core.simulation.record import EVENT_BYTES, Impacts, Record, Sticking, checked_times, first_row
 from grazemap_core.simulation.start import (
     ForcedOscillator,
-    Start,
+    Started,
     State,
     forced_oscillator,
     initial_state,
@@ -234,41 +234,41 @@ def _plan(
 
 def _follow(forced: ForcedOscillator, state: State, plan: Plan, events: int) -> Trajectory:
     """Return the recorded trajectory from a state, which has at most a number of events. Raises RecordSizeError."""
-    run = start(forced, state)
+    begun = start(forced, state)
     ring = period_detection.stroboscopic_history(forced.oscillator.size, plan.max_period)
-    period_detection.record_half_period(ring, 0, run.u, run.work)
+    period_detection.record_half_period(ring, 0, begun.run)
     first_half, last_half = 2 * plan.transient_periods, 2 * (plan.transient_periods + plan.periods)
     done = 0
-    if run.status == OK:
-        done = _run_transient(run, first_half, ring)
-    rows = first_row(run, first_half)
-    recorded = run.status == OK
+    if begun.status == OK:
+        done = _run_transient(begun, first_half, ring)
+    rows = first_row(begun.forced.free, begun.run, first_half)
+    recorded = begun.status == OK
     if recorded:
-        done = _run_record(run, first_half, last_half, ring, events)
-        if run.status == RECORD_FULL or run.work.cursor[EVENT_COUNT] > events:
+        done = _run_record(begun, first_half, last_half, ring, events)
+        if begun.status == RECORD_FULL or begun.run.cursor[EVENT_COUNT] > events:
             raise RecordSizeError(plan.most_events, plan.most_bytes)
-        rows = np.concatenate([rows, run.work.events[: run.work.cursor[EVENT_COUNT]]])
-        run.work = run.work._replace(events=np.empty((0, rows.shape[1])))  # they are in the rows
+        rows = np.concatenate([rows, begun.run.events[: begun.run.cursor[EVENT_COUNT]]])
+        begun.run = begun.run._replace(events=np.empty((0, rows.shape[1])))  # they are in the rows
 
     period = 2.0 * math.pi / forced.omega
     end = plan.periods * period
     if not recorded:
         end = -math.inf
-    elif run.status != OK:
+    elif begun.status != OK:
         # the trajectory ended with its last event, or at the start of the half period if none was recorded
         last = rows[-1]
         half, since = (last[HALF], last[TIME]) if len(rows) > 1 else (done, 0.0)
         end = float((half - first_half) * (0.5 * period) + since)
-    shape = forced.models.free.shape
-    record = Record(run.problem, run.held, shape, run.steady, forced.equilibrium, run.stops, rows, first_half, end)
+    shape = forced.structure.models.free.shape
+    record = Record(begun.forced, shape, begun.steady, forced.equilibrium, begun.stops, rows, first_half, end)
     if plan.times is not None:
-        time = plan.times if run.status == OK else plan.times[plan.times <= end]
+        time = plan.times if begun.status == OK else plan.times[plan.times <= end]
         x, v = record.at(time)
     else:
         count = plan.periods * plan.samples_per_period + 1 if recorded else 0
         index = np.arange(count, dtype=np.int64)
         time = np.asarray(index * (period / plan.samples_per_period), dtype=np.float64)
-        if run.status != OK:
+        if begun.status != OK:
             index, time = index[time <= end], time[time <= end]
         x, v = record.evenly(index, plan.samples_per_period)
     return Trajectory(
@@ -277,61 +277,61 @@ def _follow(forced: ForcedOscillator, state: State, plan: Plan, events: int) -> 
         velocity=v,
         impacts=record.impacts(),
         sticking=record.sticking(),
-        undecided=int(run.work.tally[UNDECIDED]),
-        motion=_motion(run, ring, done, plan.max_period),
-        final=_final(forced, state, run, rows) if recorded else None,
+        undecided=int(begun.run.tally[UNDECIDED]),
+        motion=_motion(begun, ring, done, plan.max_period),
+        final=_final(forced, state, begun, rows) if recorded else None,
         record=record,
     )
 
 
-def _run_transient(run: Start, halves: int, ring: StroboscopicHistory) -> int:
+def _run_transient(begun: Started, halves: int, ring: StroboscopicHistory) -> int:
     """Run the part that is not recorded, discarding its events, and return the number of half periods completed."""
     done, most = 0, TRANSIENT_EVENTS
-    while done < halves and run.status == OK:
+    while done < halves and begun.status == OK:
         until = min(done + RECORD_BLOCK, halves)
-        done = _run_record(run, done, until, ring, most)
-        while run.status == RECORD_FULL:
-            events, last = run.work.events, int(run.work.cursor[EVENT_COUNT]) - 1
+        done = _run_record(begun, done, until, ring, most)
+        while begun.status == RECORD_FULL:
+            events, last = begun.run.events, int(begun.run.cursor[EVENT_COUNT]) - 1
             if last > 0:  # a graze may continue the last event
                 events[0] = events[last]
-                run.work.cursor[EVENT_COUNT] = 1
+                begun.run.cursor[EVENT_COUNT] = 1
             else:  # half a period has more
                 most *= 4
-            done = _run_record(run, done, until, ring, most)
-        run.work.cursor[EVENT_COUNT] = 0
+            done = _run_record(begun, done, until, ring, most)
+        begun.run.cursor[EVENT_COUNT] = 0
     return done
 
 
-def _run_record(run: Start, done: int, halves: int, ring: StroboscopicHistory, most: int) -> int:
+def _run_record(begun: Started, done: int, halves: int, ring: StroboscopicHistory, most: int) -> int:
     """Run to `halves` half periods, enlarging the record up to `most` events, and return the number completed."""
     while True:
-        run.status, done = run_recorded(run.problem, run.held, run.stops, run.u, done, halves, ring, run.work)
-        if run.status != RECORD_FULL or len(run.work.events) >= most:
+        begun.status, done = run_recorded(begun.forced, begun.stops, begun.run, done, halves, ring)
+        if begun.status != RECORD_FULL or len(begun.run.events) >= most:
             return done
-        run.work = longer_record(run.work, most)
+        begun.run = longer_record(begun.run, most)
 
 
-def _final(forced: ForcedOscillator, state: State, run: Start, rows: Floats) -> State | None:
+def _final(forced: ForcedOscillator, state: State, begun: Started, rows: Floats) -> State | None:
     """Return the state at the end of the record of a run."""
     phase = wrapped(state.phase)
-    if run.status == NOT_FINITE:
+    if begun.status == NOT_FINITE:
         return None
-    if run.status != OK:  # it ended at its last event
+    if begun.status != OK:  # it ended at its last event
         half, time = int(rows[-1, HALF]), float(rows[-1, TIME])
         phase = wrapped(phase + half % 2 * math.pi + forced.omega * time)
-        forced_part(run.problem, run.u, half, time, 1.0)
-    return state_at(forced, run, phase)
+        forced_part(begun.forced.free, begun.run.u, half, time, 1.0)
+    return state_at(forced, begun.stops, begun.run, phase)
 
 
-def _motion(run: Start, ring: StroboscopicHistory, halves: int, max_period: int) -> Motion:
+def _motion(begun: Started, ring: StroboscopicHistory, halves: int, max_period: int) -> Motion:
     """Return the motion at the end of a trajectory."""
-    if run.status != OK:
-        return motion_from_codes(reason_of_end(run.status), 0, 0, 0, False, False)
-    problem, stops = run.problem, run.stops
+    if begun.status != OK:
+        return motion_from_codes(reason_of_end(begun.status), 0, 0, 0, False, False)
+    problem, stops = begun.forced.free, begun.stops
     if hidden_by_rounding(problem.steady_bound, np.array([stops.unit]))[0]:
         return motion_from_codes(codes.HIDDEN_BY_ROUNDING, 0, 0, 0, False, False)
-    reach = reach_from(problem, stops, run.u, halves)
-    if is_free_for_ever(problem, stops, reach, int(run.work.cursor[ANCHOR])):
+    reach = reach_from(problem, stops, begun.run.u, halves)
+    if is_free_for_ever(problem, stops, reach, int(begun.run.cursor[ANCHOR])):
         return motion_from_codes(codes.RESOLVED, 1, -1, -1, stops.symmetric, False)
     reason, period, right, left, symmetric, _, sticking = period_detection.detect_period(
         problem, stops, ring, 0, halves, max_period, halves, reach

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from grazemap_core.contact.cell_problem import both_clearances
+from grazemap_core.contact.stops import both_clearances
 from tests.support.lines import column
 from tests.support.random_systems import System, doubled, mirrored, random_system
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from grazemap_core.contact.cell_problem import both_clearances
+from grazemap_core.contact.stops import both_clearances
 from grazemap_core.model.equilibrium import contact_equilibrium
 from tests.slow import verified_points
 from tests.slow.verified_points import EQUAL, NO_VERDICT, OTHER, Point, clearance_of

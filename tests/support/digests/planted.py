@@ -120,7 +120,7 @@ def _swap(process: str, field: str, other: str, *inside: str) -> Callable[[], No
 PLANTS = {
     "numerics": Plant(_rounding("numerics.double_double_arrays", "transformed"), "structures"),
     "model": Plant(_rounding("model.harmonic_response", "contact_response"), "grazing-curves"),
-    "contact": Plant(_rounding("contact.cell_problem", "stops_of"), "trajectories"),
+    "contact": Plant(_rounding("contact.stops", "stops_of"), "trajectories"),
     "simulation": Plant(_rounding("simulation.start", "initial_state"), "trajectories"),
     "grazing": Plant(_rounding("grazing.peaks", "derivatives"), "grazing-curves"),
     "orbits": Plant(_rounding("orbits.states", "multipliers_of"), "periodic-orbits"),

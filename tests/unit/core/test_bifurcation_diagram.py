@@ -14,7 +14,7 @@ from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.simulation.motion import KINDS, REASONS
-from grazemap_core.simulation.start import State
+from grazemap_core.simulation.start import State, forced_oscillator
 from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.one_impact_orbits import orbits_at_clearance
 from tests.oracles.steady_displacements import steady_response
@@ -145,7 +145,7 @@ def test_a_state_on_a_stop_is_followed_as_by_a_recorded_trajectory(stop, velocit
     runner = Runner(DEFAULT, RunSettings(8, 32, early=False, linearised=False))
     for phase in (0.0, 2.0, 4.0):
         state = State(np.array([0.7 * stop, 0.1, -0.2]), np.array([velocity * stop, 0.1, 0.0]), phase)
-        codes, _ = runner.run_from(0.4, 0.7, state)
+        codes, _ = runner.run_from(forced_oscillator(DEFAULT, 0.4, 0.7), state)
         run = trajectory(DEFAULT, 0.4, 0.7, state.displacement, state.velocity, phase, periods=8)
         at_start = run.impacts.time == 0.0
         assert np.count_nonzero(at_start) == (velocity > 0.0)

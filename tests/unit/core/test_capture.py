@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from grazemap_core.codes import NOT_CAPTURED, RESOLVED
 from grazemap_core.contact.kernels import half_period
+from grazemap_core.contact.kernels.runs import EVENT_COUNT, OK, new_run
 from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.contact.kernels.workspace import EVENT_COUNT, OK, workspace
 from grazemap_core.maps.basins import Coordinate, basin_tile
 from grazemap_core.maps.bifurcation_diagrams import sections
 from grazemap_core.maps.kernels import lane_state
@@ -93,8 +93,7 @@ class Arrival(NamedTuple):
     """A verified orbit near a trajectory, and what is needed to verify it again."""
 
     runner: Runner
-    problem: Any
-    held: Any
+    forced: Any
     stops: Stops
     length: int
     count: int
@@ -105,7 +104,7 @@ class Arrival(NamedTuple):
         scratch = self.runner._scratch["verification"]
         before = scratch.capture.arrival.copy()
         scratch.capture.arrival[...] += change
-        verdict = verify(self.problem, self.runner._blocks, scratch, self.stops, self.count, self.length, 1e6, 0.0)
+        verdict = verify(self.forced.free, self.runner._blocks, scratch, self.stops, self.count, self.length, 1e6, 0.0)
         scratch.capture.arrival[...] = before
         assert verdict.reason == RESOLVED
         return float(verdict.ratio)
@@ -118,32 +117,32 @@ def arrivals(name: str, number: int) -> list[Arrival]:
     while len(cases) < number:
         omega, clearance = float(rng.uniform(*omegas)), float(rng.uniform(*clearances))
         runner = Runner(oscillator, RunSettings(1000, 32, linearised=False))
-        steady = runner.steady(np.array([omega]))[0]
-        codes, figures = (part[0, 0] for part in runner.run(omega, steady, np.array([clearance]), AtRest()))
+        forced = forced_oscillator(oscillator, omega, clearance)
+        results = runner.run(forced.structure, np.array([clearance]), AtRest())
+        codes, figures = (part[0, 0] for part in results)
         impacts = np.maximum(codes[lane_state.IMPACTS_RIGHT : lane_state.IMPACTS_LEFT + 1], 0).sum()
         if codes[lane_state.REASON] != RESOLVED or codes[lane_state.UNVERIFIED] != RESOLVED or impacts == 0:
             continue
         symmetric = bool(codes[lane_state.SYMMETRIC])
         length = int(codes[lane_state.PERIOD]) * (1 if symmetric else 2)
-        forced = forced_oscillator(oscillator, omega, clearance)
-        problem, held = forced.problems(0.0)
         over_return = np.log(figures[lane_state.MULTIPLIER]) / (2 if symmetric else 1)
         count, returns = int(impacts) // (2 if symmetric else 1), 200 + int(np.log(1e-4) / over_return)
-        cases.append(Arrival(runner, problem, held, forced.stops, length, count, returns))
+        cases.append(Arrival(runner, forced.structure.kernels, forced.stops, length, count, returns))
     return cases
 
 
 def after(arrival: Arrival, change: Floats, halves: int) -> tuple[Floats, list[int]]:
     """The state so many half periods later, and the impacts of every return."""
-    u = arrival.runner._scratch["verification"].capture.arrival + change
-    work, impacts = workspace(u.shape[0], 4096), []
+    begin = arrival.runner._scratch["verification"].capture.arrival + change
+    run, impacts = new_run(len(begin), len(arrival.forced.held.orders), 4096), []
+    run.u[:] = begin
     for half in range(halves):
         if half % arrival.length == 0:
             impacts.append(0)
-        work.cursor[EVENT_COUNT] = 0
-        assert half_period.run_half(arrival.problem, arrival.held, arrival.stops, u, half, work) == OK
-        impacts[-1] += int(work.cursor[EVENT_COUNT])
-    return u, impacts
+        run.cursor[EVENT_COUNT] = 0
+        assert half_period.run_half(arrival.forced, arrival.stops, run, half) == OK
+        impacts[-1] += int(run.cursor[EVENT_COUNT])
+    return run.u, impacts
 
 
 @KERNELS_FIRST

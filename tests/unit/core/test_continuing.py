@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from flint import arb
 
-from grazemap_core.contact.kernels.workspace import ANCHOR
+from grazemap_core.contact.kernels.runs import ANCHOR
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.start import State, forced_oscillator, start, state_at, wrapped
 from grazemap_core.simulation.trajectories import Trajectory, trajectory
@@ -199,11 +199,11 @@ def test_round_off_does_not_move_the_final_state_beyond_a_stop() -> None:
     beyond = 0
     for _ in range(50):
         v = rng.uniform(-1.0, 1.0, 3)
-        run = start(forced, State(np.array([1.6, *rng.uniform(-2.0, 2.0, 2)]), np.array([-abs(v[0]), *v[1:]]), 0.3))
-        run.work.cursor[ANCHOR] = 0  # as on the way to a stop: the place comes from the blocks alone
-        raw = float((run.held.from_free @ run.u.ravel())[0] + run.steady[0, 0, 0].imag)
+        begun = start(forced, State(np.array([1.6, *rng.uniform(-2.0, 2.0, 2)]), np.array([-abs(v[0]), *v[1:]]), 0.3))
+        begun.run.cursor[ANCHOR] = 0  # as on the way to a stop: the place comes from the blocks alone
+        raw = float((begun.forced.held.from_free @ begun.run.u.ravel())[0] + begun.steady[0, 0, 0].imag)
         beyond += raw > 1.6
-        assert state_at(forced, run, 0.3).displacement[0] == min(raw, 1.6)
+        assert state_at(forced, begun.stops, begun.run, 0.3).displacement[0] == min(raw, 1.6)
     assert beyond > 0
 
 

@@ -201,7 +201,7 @@ def test_every_limiting_case_has_a_defined_result(name: str, restitution: float)
             trajectory(oscillator, case.omega, case.clearance, periods=6)
         return
     result = trajectory(oscillator, case.omega, case.clearance, periods=6, samples_per_period=20)
-    assert_defined(result, case.clearance, end, result.record.problem.steady_bound)
+    assert_defined(result, case.clearance, end, result.record.forced.free.steady_bound)
     # what stays on a stop was brought there, and what has left with no speed was pressed to it
     if restitution == 1.0:
         assert len(result.sticking.start) == 0

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from grazemap_core.contact.cell_problem import both_clearances
+from grazemap_core.contact.stops import both_clearances
 from tests.oracles.near_grazing import outcome_of, passage
 from tests.slow.general_checks import borders, branches, families, images, labels, near_grazing, resonances, transients
 from tests.slow.general_checks.table import Row, part, written

@@ -20,7 +20,7 @@ from llvmlite import binding
 
 from benchmarks.ensemble import Ensemble
 from grazemap_core.compiled_ahead import PROCESSOR
-from grazemap_core.contact.kernels.workspace import CHATTER, IMPACT, RELEASE
+from grazemap_core.contact.kernels.runs import CHATTER, IMPACT, RELEASE
 from grazemap_core.model.oscillator import Oscillator
 from tests.oracles.general_oracle import GeneralOracle
 from tests.oracles.impact_accuracy import compare_lockstep, lockstep_amplification

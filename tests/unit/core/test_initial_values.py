@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from grazemap_core.contact.cell_problem import Clearance
+from grazemap_core.contact.stops import Clearance
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.basins import Coordinate, basin_tile
 from grazemap_core.model.drive import force

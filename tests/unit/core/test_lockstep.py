@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from benchmarks.ensemble import Ensemble, first_impacts
 from grazemap_core.contact.kernels import half_period
-from grazemap_core.contact.kernels.workspace import CHATTER, EVENT_COLUMNS, EVENT_COUNT, KIND, OK, workspace
+from grazemap_core.contact.kernels.runs import CHATTER, EVENT_COLUMNS, EVENT_COUNT, KIND, OK, new_run
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.lane_tables import LANES
 from grazemap_core.maps.planes import Plane, PlaneRunner
@@ -40,13 +40,13 @@ def alone(oscillator: Oscillator, omega: float, clearances: Floats, periods: int
     for clearance in clearances.tolist():
         forced = forced_oscillator(oscillator, omega, clearance)
         begun = start(forced, initial_state(forced, None, None, 0.0))
-        work, u = workspace(oscillator.size, 4 * FIRST), begun.u
+        run = new_run(oscillator.size, len(forced.structure.orders), 4 * FIRST)
+        run.u[:] = begun.run.u
         for half in range(2 * periods):
-            status = half_period.run_half(begun.problem, begun.held, forced.stops, u, half, work)
-            assert status == OK
-            if work.cursor[EVENT_COUNT] >= 2 * FIRST:
+            assert half_period.run_half(begun.forced, forced.stops, run, half) == OK
+            if run.cursor[EVENT_COUNT] >= 2 * FIRST:
                 break
-        rows.append(work.events[: min(work.cursor[EVENT_COUNT], FIRST), :EVENT_COLUMNS])
+        rows.append(run.events[: min(run.cursor[EVENT_COUNT], FIRST), :EVENT_COLUMNS])
     return rows
 
 

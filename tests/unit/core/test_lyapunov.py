@@ -9,7 +9,7 @@ from scipy.stats import norm
 from scipy.stats import t as student
 
 from grazemap_core.contact.kernels.half_period import run_half
-from grazemap_core.contact.kernels.workspace import ANCHOR, FOLLOWED, HELD, OK, workspace
+from grazemap_core.contact.kernels.runs import ANCHOR, FOLLOWED, HELD, OK, new_run
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.kernels.lyapunov import orthonormalise, standard_error
 from grazemap_core.simulation.linearised_run import linearised_run
@@ -98,19 +98,19 @@ def test_two_trajectories_part_at_the_rate_of_the_exponent() -> None:
     # no linearisation: a neighbour 1e-7 away, brought back to that distance every half period
     omega, clearance = 0.4857, 0.2834
     run = linearised_run(DEFAULT, omega, clearance, None, None, 0.0)
-    weight = np.stack([run.problem.frequency, np.ones(3)], axis=1)
-    other, total, count = workspace(3, events=64), 0.0, 0
+    weight = np.stack([run.forced.free.frequency, np.ones(3)], axis=1)
+    other, total, count = new_run(3, 1, events=64), 0.0, 0
     away = np.full((3, 2), 1e-7)
     for half in range(200):
         away *= 1e-7 / np.linalg.norm(weight * away)
-        neighbour = run.state + away
+        other.u[:] = run.run.u + away
         other.cursor[:] = 0
-        on_its_way = run.work.cursor[ANCHOR] == 0 or run.work.near[0] > 1e-3 * clearance
-        if half >= 100 and run.work.cursor[HELD] == 0 and on_its_way:
+        on_its_way = run.run.cursor[ANCHOR] == 0 or run.run.near[0] > 1e-3 * clearance
+        if half >= 100 and run.run.cursor[HELD] == 0 and on_its_way:
             tangent = np.ascontiguousarray(away.reshape(6, 1))
-            assert run_half(run.problem, run.held, run.stops, neighbour, half, other) == OK
+            assert run_half(run.forced, run.stops, other, half) == OK
             run.advance(1, tangent)
-            away = neighbour - run.state
+            away = other.u - run.run.u
             linear, apart = np.linalg.norm(weight * tangent.reshape(3, 2)), np.linalg.norm(weight * away)
             if np.linalg.norm(tangent.reshape(3, 2) * weight) < 1e-5:  # else a near graze: far from linear
                 total += abs(math.log(apart / linear))
@@ -128,7 +128,7 @@ def test_the_exponents_of_one_mass_add_up_to_the_loss_by_damping_and_impacts() -
     impacts = 0
     for _ in range(600):
         run.advance(1, np.zeros((2, 0)))
-        impacts += int(run.work.tally[FOLLOWED])
+        impacts += int(run.run.tally[FOLLOWED])
     expected = -0.04 + 2.0 * math.log(0.8) * impacts / (300 * run.period)
     assert exponents.first + exponents.second == pytest.approx(expected, abs=1e-12)
 

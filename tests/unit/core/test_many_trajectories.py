@@ -5,11 +5,10 @@ import math
 import numpy as np
 import pytest
 
-import grazemap_core.contact.cell_problem as preparation
-from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
+import grazemap_core.contact.forced as preparation
+from grazemap_core.contact.forced import forced_structures, trajectory_models
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.model.resonant_modes import reference_response
 from grazemap_core.simulation import start
 from grazemap_core.simulation.start import State
 from grazemap_core.simulation.trajectories import trajectories, trajectory
@@ -61,7 +60,7 @@ def test_each_result_has_the_bytes_that_it_has_alone(seed: int | None) -> None:
 
 
 def test_what_several_states_share_is_prepared_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    calls = {"trajectory_models": 0, "cell_problem": 0, "reference_response": 0}
+    calls = {"trajectory_models": 0, "forced_structures": 0}
     for name in calls:
 
         def counted(*arguments: object, name: str = name, whole: object = getattr(start, name)) -> object:
@@ -70,25 +69,26 @@ def test_what_several_states_share_is_prepared_once(monkeypatch: pytest.MonkeyPa
 
         monkeypatch.setattr(start, name, counted)
     assert len(list(trajectories(DEFAULT, 0.29, 1.6, states(DEFAULT, 1.6, 6)))) == 6
-    assert calls == {"trajectory_models": 1, "cell_problem": 1, "reference_response": 1}
+    assert calls == {"trajectory_models": 1, "forced_structures": 1}
 
 
 @pytest.mark.parametrize("size", [1, 3])
-def test_a_problem_shifted_to_a_phase_equals_the_one_made_for_it(size: int) -> None:
+def test_the_arrays_at_a_phase_are_those_at_phase_zero_turned_by_it(size: int) -> None:
     oscillator = Oscillator.create([1.0, 2.0, 3.0][:size], [1.0] * size, 0.1, [1.0, 0.3, -0.2][:size], 0.5)
-    models = trajectory_models(oscillator)
-    steady = reference_response(oscillator, models.free, np.array([0.3]))[0]
-    forced = start.ForcedOscillator(oscillator, 0.3, 1.0, models, steady)
-    for phase in (0.0, 0.7, -3.0, 1e6):
-        made = cell_problem(models, steady, 0.3, phase)
-        turned = forced.problems(phase)
-        for name in ("state", "since", "physical", "turn"):  # what changes in place is nobody else's
-            getattr(turned[1], name)[...] = math.nan
-            getattr(made[1], name)[...] = math.nan
-            assert np.all(np.isfinite(getattr(forced.problems(phase)[1], name)))
-        for part, other in zip(made, turned, strict=True):
-            for name in part._fields:
-                np.testing.assert_array_equal(getattr(part, name), getattr(other, name), err_msg=name)
+    (structure,) = forced_structures(trajectory_models(oscillator), np.array([0.3]))
+    (other,) = forced_structures(trajectory_models(oscillator), np.array([0.3]))
+    at_zero = structure.kernels
+    for phase in (0.7, -3.0, 1e6):
+        turned, turn = structure.at_phase(phase), np.exp(1j * phase)
+        for name, changed, before in (
+            ("free", turned.free.steady_table, at_zero.free.steady_table),
+            ("held", turned.held.steady_table, at_zero.held.steady_table),
+        ):
+            here, there = (table[..., 0] + 1j * table[..., 1] for table in (changed, before))
+            np.testing.assert_allclose(here, turn * there, rtol=0.0, atol=1e-15 * np.abs(there).max(), err_msg=name)
+    for part, fresh in zip(at_zero, other.kernels, strict=True):  # those at phase 0 stay as they were
+        for field in part._fields:
+            np.testing.assert_array_equal(getattr(part, field), getattr(fresh, field), err_msg=field)
 
 
 def test_a_refused_state_is_named_before_any_is_simulated() -> None:

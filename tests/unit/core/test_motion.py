@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from grazemap_core import codes
-from grazemap_core.contact.kernels.workspace import MIN_UNPRESSED_SPEED, workspace
+from grazemap_core.contact.kernels.runs import MIN_UNPRESSED_SPEED, new_run
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
@@ -19,12 +19,13 @@ from tests.support.thorough import KERNELS_FIRST
 def first_named(orbit_point, impacts, halves: int, max_period: int = 32):  # type: ignore[no-untyped-def]
     """Record a planted half-period orbit until its period is detected; return the result, and when."""
     forced = forced_oscillator(DEFAULT, 0.29, 1.6)
-    problem, _ = forced.problems(0.0)
-    ring, work = period_detection.stroboscopic_history(3, max_period), workspace(3)
+    problem = forced.structure.kernels.free
+    ring, run = period_detection.stroboscopic_history(3, max_period), new_run(3, 1)
     for k in range(halves):
-        work.tally[:3] = impacts(k)
-        work.tally[MIN_UNPRESSED_SPEED] = work.tally[2]
-        period_detection.record_half_period(ring, k, (1 if k % 2 == 0 else -1) * orbit_point(k), work)
+        run.u[:] = (1 if k % 2 == 0 else -1) * orbit_point(k)
+        run.tally[:3] = impacts(k)
+        run.tally[MIN_UNPRESSED_SPEED] = run.tally[2]
+        period_detection.record_half_period(ring, k, run)
         outcome = period_detection.detect_period(problem, forced.stops, ring, 0, k, max_period, k, 1.6)
         if outcome[0] == codes.RESOLVED:
             return outcome, k

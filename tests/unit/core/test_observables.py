@@ -53,7 +53,7 @@ def test_momentum_and_energy_are_in_balance() -> None:
 def test_a_planted_error_breaks_a_balance(wrong: int) -> None:
     run = trajectory(DEFAULT, 0.29, 1.6, periods=1, transient_periods=600, samples_per_period=1)
     wanted = observables(DEFAULT)
-    figures = of_record(run.record, forced_oscillator(DEFAULT, 0.29, 1.6).models, wanted, 1)
+    figures = of_record(run.record, forced_oscillator(DEFAULT, 0.29, 1.6).structure.models, wanted, 1)
     power = power_of_forces(DEFAULT, 0.29, run, 1)
     assert max(missing(DEFAULT, 0.29, figures, power)) < TOLERANCE
     figures[wrong] *= 1.0 + 1e-8
@@ -95,7 +95,7 @@ def test_values_agree_with_fifty_digits(seed: int, restitution: float | None) ->
     outputs = [Output(f"y{i}", *random.normal(size=(2, size))) for i in range(2)]
     wanted = Observables(OBSERVABLES, tuple(outputs))
     run = trajectory(oscillator, omega, system.clearance, periods=2, samples_per_period=1)
-    figures = of_record(run.record, forced_oscillator(oscillator, omega, system.clearance).models, wanted, 2)
+    figures = of_record(run.record, forced_oscillator(oscillator, omega, system.clearance).structure.models, wanted, 2)
     oracle = GeneralOracle.of(oscillator, omega, *system.clearance)
     period = 2.0 * math.pi / omega
     oracle.run(until=2.0 * period)
@@ -134,7 +134,9 @@ def test_the_impulse_of_a_rest_is_the_momentum_that_the_stop_takes() -> None:
         means = tuple(Output(f"x{i}", np.eye(size)[i], np.zeros(size)) for i in range(size))
         run = trajectory(oscillator, omega, system.clearance, periods=3, samples_per_period=1)
         wanted = Observables(("impulse_right", "impulse_left"), means)
-        figures = of_record(run.record, forced_oscillator(oscillator, omega, system.clearance).models, wanted, 3)
+        figures = of_record(
+            run.record, forced_oscillator(oscillator, omega, system.clearance).structure.models, wanted, 3
+        )
         period = 2.0 * math.pi / omega
         place = figures[2:].reshape(-1, len(MEANS))[:, 1]
         moved, pushed = run.displacement[:, -1] - run.displacement[:, 0], run.velocity[:, -1] - run.velocity[:, 0]
@@ -148,7 +150,7 @@ def test_an_orbit_and_the_trajectory_along_it_have_the_same_values() -> None:
     run = trajectory(DEFAULT, 0.29, 1.6, periods=4, transient_periods=400, samples_per_period=1)
     orbit = periodic_orbit(DEFAULT, 0.29, 1.6, impacts_of(run))
     figures = OrbitObserver(DEFAULT, WANTED).figures(DEFAULT, 0.29, 1.6, orbit.impacts)
-    recorded = of_record(run.record, forced_oscillator(DEFAULT, 0.29, 1.6).models, WANTED, 4)
+    recorded = of_record(run.record, forced_oscillator(DEFAULT, 0.29, 1.6).structure.models, WANTED, 4)
     np.testing.assert_allclose(figures, recorded, rtol=0.0, atol=1e-12)
     values = named(WANTED, figures)
     assert values["impact_rate"] == 4.0
@@ -176,7 +178,7 @@ def test_a_map_has_the_values_of_its_motions() -> None:
             run = trajectory(oscillator, *at, periods=period, transient_periods=3000, samples_per_period=1)
             if run.motion.period != period:
                 continue
-            expected = of_record(run.record, forced_oscillator(oscillator, *at).models, WANTED, period)
+            expected = of_record(run.record, forced_oscillator(oscillator, *at).structure.models, WANTED, period)
             np.testing.assert_allclose(figures[:, row, column], expected, rtol=0.0, atol=1e-11)
             compared += 1
         assert compared >= 3
@@ -203,7 +205,7 @@ def test_names_and_figures() -> None:
     assert WANTED.count == len(OBSERVABLES) + 2 * len(MEANS)
     assert set(NAMES) <= set(OBSERVABLES)
     quiet = trajectory(DEFAULT, 0.29, 5.0, periods=1, transient_periods=400, samples_per_period=1)
-    figures = of_record(quiet.record, forced_oscillator(DEFAULT, 0.29, 5.0).models, WANTED, 1)
+    figures = of_record(quiet.record, forced_oscillator(DEFAULT, 0.29, 5.0).structure.models, WANTED, 1)
     values = named(WANTED, figures)
     assert values["impact_rate"] == values["impulse"] == values["dissipated_power"] == 0.0
     assert math.isnan(values["peak_impact_speed"])
@@ -217,9 +219,9 @@ def test_resonant_modes_count_too() -> None:
     omega = math.sqrt(eigvalsh(oscillator.stiffness_matrix, oscillator.mass_matrix)[0])
     forced = forced_oscillator(oscillator, omega, 1.6)
     run = trajectory(oscillator, omega, 1.6, periods=3, samples_per_period=1)
-    assert run.record.problem.resonant_forcing.shape[1] > 0
+    assert run.record.forced.free.resonant_forcing.shape[1] > 0
     assert len(run.impacts.time) > 3
-    figures = of_record(run.record, forced.models, Observables((), OUTPUTS), 3).reshape(-1, len(MEANS))
+    figures = of_record(run.record, forced.structure.models, Observables((), OUTPUTS), 3).reshape(-1, len(MEANS))
     end = 6.0 * math.pi / omega
     marks = np.unique(np.concatenate([np.linspace(0.0, end, 61), run.impacts.time]))
     nodes, weights = np.polynomial.legendre.leggauss(16)

@@ -7,8 +7,8 @@ import functools
 import numpy as np
 import pytest
 
-from grazemap_core.contact.cell_problem import stops_between
 from grazemap_core.contact.kernels.stops import Stops
+from grazemap_core.contact.stops import stops_between
 from grazemap_core.grazing.grazing_curve import grazing_curve
 from grazemap_core.model.kernels.response_sums import ALTERNATING, SAME_SIGN, block_sum
 from grazemap_core.model.oscillator import Oscillator

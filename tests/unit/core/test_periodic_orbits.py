@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from grazemap_core.contact.cell_problem import stops_between
+from grazemap_core.contact.stops import stops_between
 from grazemap_core.continuation.continuation_problem import ContinuationProblem
 from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.errors import ParameterError, SteadyMotionError

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from grazemap_core.codes import HIDDEN_BY_ROUNDING
-from grazemap_core.contact.cell_problem import STOPS_UNIT, reference_state, trajectory_models
+from grazemap_core.contact.forced import trajectory_models
+from grazemap_core.contact.stops import STOPS_UNIT
 from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.maps import planes
 from grazemap_core.maps.kernels import lane_state
@@ -260,18 +261,15 @@ def test_random_states_of_an_ensemble_have_the_contact_between_the_stops(clearan
     seen = []
 
     def kept(masses, column, own, classify_lane):
-        task = column.task
+        starts = column.task.starts
         row = model.contact_row.ravel()
-        for index in range(len(task.stops)):
-            for direction in task.directions:
-                u = (
-                    task.base[index]
-                    + task.stops[index, STOPS_UNIT] * direction
-                    + task.offset[index] * task.aside[index]
-                )
+        for index in range(len(starts.stops)):
+            for direction in starts.directions:
+                moved = starts.stops[index, STOPS_UNIT] * direction + starts.offset[index] * starts.aside[index]
+                u = starts.base[index] + moved
                 place = float(row @ u.ravel()) + steady
                 seen.append(place)
-                assert -task.stops[index, 1] < place < task.stops[index, 0]
+                assert -starts.stops[index, 1] < place < starts.stops[index, 0]
         column.results.codes[...], column.results.figures[...] = 0, 0.0
 
     monkeypatch.setattr("grazemap_core.maps.runner.settle_column", kept)
@@ -280,8 +278,8 @@ def test_random_states_of_an_ensemble_have_the_contact_between_the_stops(clearan
     task = RunSettings(5, 2, starts=random_starts(VARYING, 40, 0))
     runner = PlaneRunner(grid, task)
     model = trajectory_models(VARYING).free
-    reference = Runner(VARYING, task).steady(np.array([0.29]))[0]
-    steady = float(reference_state(reference, np.array([1.0]), 0.29, 0.0)[:3] @ VARYING.contact)
+    (forced,) = Runner(VARYING, task).forced(np.array([0.29]))
+    steady = float(forced.reference_state(0.0)[:3] @ VARYING.contact)
     runner.points(np.array([0]), np.array([0]))
     assert len(seen) == 40
     if None not in clearance:

@@ -11,7 +11,7 @@ import pytest
 from flint import arb, ctx
 
 from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
-from grazemap_core.contact.cell_problem import both_clearances
+from grazemap_core.contact.stops import both_clearances
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps import unfolding
 from grazemap_core.maps.kernels import lane_state

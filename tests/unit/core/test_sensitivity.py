@@ -8,12 +8,12 @@ from flint import arb
 from numpy.typing import NDArray
 
 from grazemap_core.codes import ROUNDING_DECIDES
-from grazemap_core.contact.kernels.workspace import EVENT_COUNT, HALF, MIN_GAP, MIN_SPEED, OK, TIME, VELOCITY, workspace
+from grazemap_core.contact.kernels.runs import EVENT_COUNT, HALF, MIN_GAP, MIN_SPEED, OK, TIME, VELOCITY, new_run
 from grazemap_core.maps.kernels.first_pass import LANE_BLOCK
 from grazemap_core.maps.kernels.lane_errors import begin_error, forget_error
 from grazemap_core.maps.kernels.lane_tables import LaneModel, lane_tables
 from grazemap_core.maps.kernels.lane_tangents import carry_changes, count_impacts, lane_tangents, save_lane_starts
-from grazemap_core.maps.kernels.lockstep import lanes, run_half, start_lane
+from grazemap_core.maps.kernels.lockstep import Engine, lanes, run_half, start_lane
 from grazemap_core.maps.kernels.separate_tables import SHARED_TABLES
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.runner import impulse_blocks, shared_model
@@ -36,13 +36,13 @@ HALVES = 60
 
 
 @kernel
-def run_half_with_changes(masses, models, own, group, tangents, half, u, work):
+def run_half_with_changes(engine, tangents, half):
     """As the columns of a map do: numba's lookup of tables needs references."""
-    models, own, group, tangents = reference(models), reference(own), reference(group), reference(tangents)
-    save_lane_starts(group, tangents, LANE_BLOCK)
-    run_half(masses, models, own, group, half, LANE_BLOCK, u, reference(work))
-    count_impacts(group, tangents, LANE_BLOCK)
-    carry_changes(models, own, group, tangents, half, 0, LANE_BLOCK)
+    engine, tangents = reference(engine), reference(tangents)
+    save_lane_starts(engine.group, tangents, LANE_BLOCK)
+    run_half(engine, half, LANE_BLOCK)
+    count_impacts(engine.group, tangents, LANE_BLOCK)
+    carry_changes(engine, tangents, half, 0, LANE_BLOCK)
 
 
 def run_with_error(oscillator: Oscillator, omega: float, clearance: float) -> tuple[Floats, Floats]:
@@ -50,17 +50,17 @@ def run_with_error(oscillator: Oscillator, omega: float, clearance: float) -> tu
     size = oscillator.size
     forced = forced_oscillator(oscillator, omega, clearance)
     begun = begin(forced, initial_state(forced, None, None, 0.0))
-    problem, held, start = begun.problem, begun.held, begun.u
-    group, work = lanes(size, 50 * HALVES), workspace(size, 50 * HALVES)
-    tangents = lane_tangents(size, 0)
-    start_lane(group, 0, problem, forced.stops, start.copy())
+    problem = begun.forced.free
+    group, tangents = lanes(size, 50 * HALVES), lane_tangents(size, 1, 0)
+    start_lane(group, 0, problem, forced.stops, begun.run.u)
     forget_error(tangents.errors, 0)
     begin_error(problem.frequency, tangents.errors, 0)
     blocks = impulse_blocks(modal_model(oscillator), False)
-    models = shared_model(LaneModel(problem, held, lane_tables(problem, held.viscous_term), blocks))
-    u, widths = start.copy(), []
+    models = shared_model(LaneModel(begun.forced, lane_tables(begun.forced), blocks))
+    engine = Engine((0,) * size, models, SHARED_TABLES, group, new_run(size, 1, 50 * HALVES))
+    widths = []
     for half in range(HALVES):
-        run_half_with_changes((0,) * size, models, SHARED_TABLES, group, tangents, half, u, work)
+        run_half_with_changes(engine, tangents, half)
         assert group.status[0] == OK
         widths.append(np.sqrt(tangents.errors.square[0]))
         group.tally[:] = 0.0

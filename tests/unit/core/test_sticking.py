@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from grazemap_core.codes import INFINITE
-from grazemap_core.contact.cell_problem import trajectory_models
+from grazemap_core.contact.forced import trajectory_models
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from grazemap_core.contact.kernels.workspace import (
+from grazemap_core.contact.kernels.runs import (
     CHATTER,
     EVENT_COLUMNS,
     EVENT_COUNT,
@@ -19,7 +19,7 @@ from grazemap_core.contact.kernels.workspace import (
     RELEASE,
     STOP,
     TIME,
-    workspace,
+    new_run,
 )
 from grazemap_core.errors import LinearisationError, ParameterError
 from grazemap_core.model.oscillator import Oscillator
@@ -77,7 +77,7 @@ def test_changes_evolve_as_the_difference_of_two_50_digit_runs(seed: int) -> Non
     seen = set()
     for _ in range(2):
         run.advance(1, np.zeros((2 * oscillator.size, 0)))
-        seen |= set(run.work.events[: run.work.cursor[EVENT_COUNT], KIND].astype(int).tolist())
+        seen |= set(run.run.events[: run.run.cursor[EVENT_COUNT], KIND].astype(int).tolist())
     # the rounding of an input travels as any other change does
     carried = max(1.0, float(np.max(np.abs(result.matrix))))
     np.testing.assert_allclose(run.physical_state, end, rtol=0, atol=1e-13 * carried * (clearance + omega * clearance))
@@ -92,13 +92,13 @@ def test_a_period_that_ends_and_begins_at_rest_is_the_product_of_its_parts() -> 
         run = linearised_run(oscillator, omega, clearance, x, v, phase)
         whole = np.eye(6)
         run.advance(1, whole)
-        at_rest += run.work.cursor[HELD] != 0
+        at_rest += run.run.cursor[HELD] != 0
         run.advance(1, whole)
-        if run.work.cursor[HELD] == 0 and at_rest == 1:
+        if run.run.cursor[HELD] == 0 and at_rest == 1:
             exact, _ = difference(
                 oscillator, omega, clearance, x.tolist(), v.tolist(), direction.tolist(), periods=1, phase=phase
             )
-            matrix = run.held.from_free @ whole @ run.held.to_free
+            matrix = run.forced.held.from_free @ whole @ run.forced.held.to_free
             np.testing.assert_allclose(matrix @ direction, exact, rtol=0, atol=1e-13 * np.max(np.abs(matrix)))
     assert at_rest >= 1
 
@@ -194,30 +194,29 @@ def test_the_multiplier_for_maps_is_the_largest_of_the_matrix(
     begin_matrix(scratch)
     halves = period if symmetric else 2 * period
     run.advance(halves, scratch.full)
-    modulus = leading_multiplier(run.problem, scratch) ** (2 if symmetric else 1)
+    modulus = leading_multiplier(run.forced.free, scratch) ** (2 if symmetric else 1)
     assert modulus == pytest.approx(abs(whole.multipliers[0]), abs=1e-11)
 
 
 def test_a_record_that_is_too_short_leaves_everything_as_it_was() -> None:
     oscillator = Oscillator.create([1.0], [1.0], 0.05, [1.0], 0.95)
     run = linearised_run(oscillator, 0.02, 0.3, None, None, 0.0)
-    before, tangent = run.state.copy(), np.eye(2)
-    short = run.work._replace(events=np.zeros((8, EVENT_COLUMNS + 2)))
-    args = (run.problem, run.held, run.stops, run.state, 0)
-    assert run_half_linearised(*args, short, tangent, half_period(1)) == RECORD_FULL
-    assert np.all(run.state == before)
+    before, tangent = run.run.u.copy(), np.eye(2)
+    short = run.run._replace(events=np.zeros((8, EVENT_COLUMNS + 2)))
+    assert run_half_linearised(run.forced, run.stops, short, 0, tangent, half_period(1)) == RECORD_FULL
+    assert np.all(run.run.u == before)
     assert np.all(tangent == np.eye(2))
     assert np.all(short.cursor == 0)
     run.advance(1, tangent)  # makes it longer by itself
-    assert len(run.work.events) > 64
+    assert len(run.run.events) > 64
 
 
 def test_a_graze_has_no_derivative() -> None:
     run = linearised_run(DEFAULT, 0.29, 1.6, None, None, 0.0)
-    work = workspace(3, events=1)
-    work.cursor[EVENT_COUNT] = 1
-    work.events[0, [TIME, STOP]] = 1.0, 1.0
-    assert carry_tangent(run.problem, run.held, run.stops, 0, False, work, np.eye(6)) == GRAZED
+    grazing = new_run(3, 1, events=1)
+    grazing.cursor[EVENT_COUNT] = 1
+    grazing.events[0, [TIME, STOP]] = 1.0, 1.0
+    assert carry_tangent(run.forced, run.stops, grazing, 0, False, np.eye(6)) == GRAZED
     with pytest.raises(LinearisationError, match="graze"):
         run.require(GRAZED)
 

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from grazemap_core.contact.cell_problem import cell_problem, trajectory_models
+from grazemap_core.contact.forced import forced_structures, trajectory_models
 from grazemap_core.grazing.steady_maxima import steady_motion
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
@@ -17,7 +17,6 @@ from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.model.resonant_modes import reference_response
 from grazemap_core.orbits.impact_sequences import impacts_of
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.simulation.trajectories import trajectory
@@ -114,10 +113,9 @@ def test_the_bound_of_a_steady_motion_is_reduced_to_its_maxima(gamma: float, ome
         omega = 0.5 * math.sqrt(modal_model(chain).frequency_squared[0])
     drive = [force(k, np.array([a, 0.0, 0.0]), np.array([p, 0.0, 0.0])) for k, a, p in ((1, 1.0, 0.0), (2, 0.7, 0.3))]
     oscillator = Oscillator.of_structure(chain.structure, chain.contact, drive, 0.8)
-    models = trajectory_models(oscillator)
-    response = reference_response(oscillator, models.free, np.array([omega]))[0]
+    (structure,) = forced_structures(trajectory_models(oscillator), np.array([omega]))
     for phase in (0.0, 0.7):
-        problem, _ = cell_problem(models, response, omega, phase)
+        problem = structure.at_phase(phase).free
         assert (problem.half_jump.shape[1] > 0) == (gamma == 1e-9)
         motion = steady_motion(oscillator, np.array([omega]))
         for stop, unreached in zip((1, -1), problem.unreached.tolist(), strict=True):

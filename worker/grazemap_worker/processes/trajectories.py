@@ -107,7 +107,7 @@ def _observed(request: TrajectoriesRequest) -> Callable[[Trajectory], Document]:
     if wanted is None:
         return lambda trajectory: {}
     oscillator, clearance = core_oscillator(request.oscillator), core_clearance(request.clearance)
-    models = forced_oscillator(oscillator, request.omega, clearance).models
+    models = forced_oscillator(oscillator, request.omega, clearance).structure.models
     return lambda trajectory: observed_document(request, of_record(trajectory.record, models, wanted, request.periods))
 
 

@@ -106,6 +106,15 @@ class CellProblem(NamedTuple):
     """Whether every block that contact sees is damped: a motion without contacts then settles to the steady motion."""
 
 
+class Forced(NamedTuple):
+    """One oscillator at one forcing frequency and phase: all that trajectories share, whatever their stops."""
+
+    free: CellProblem
+    """With the contact free."""
+    held: HeldProblem
+    """With the contact at rest on a stop."""
+
+
 @kernel
 def flow_state(problem: CellProblem | HeldProblem, u: Floats, time: float) -> None:
     """Carry a free state, or a held state, over any time; u (N, 2) is changed in place."""

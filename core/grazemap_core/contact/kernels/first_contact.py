@@ -14,9 +14,9 @@ from __future__ import annotations
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.contact.kernels import workspace
+from grazemap_core.contact.kernels import runs
+from grazemap_core.contact.kernels.runs import Run
 from grazemap_core.contact.kernels.stops import Stops, gap_of
-from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.contact.tolerances import CONTACT_ROUNDING, END_OF_REST, PASSAGE_PARTS, PASSAGE_STEPS, SHORT_DEGREE
 from grazemap_core.numerics.jit.compiled import kernel, plain
 from grazemap_core.numerics.kernels.bernstein import BECOMES_NEGATIVE, GRAZE_UNDECIDED, first_negative, value_and_slope
@@ -42,17 +42,17 @@ def is_clear(
 
 
 @kernel
-def _other_start(work: Workspace, stop: int, length: float) -> int:
-    """Write the gap to the anchor, divided by its zeros at the start, into work.distance, and return its degree.
+def _other_start(run: Run, stop: int, length: float) -> int:
+    """Write the gap to the anchor, divided by its zeros at the start, into run.distance, and return its degree.
 
     Used if the number of zeros is not one.
     """
-    roots = work.cursor[workspace.ZERO_ORDER]
+    roots = run.cursor[runs.ZERO_ORDER]
     for k in range(TAYLOR_DEGREE + 1 - roots):
-        work.distance[k] = -stop * work.taylor[k + roots]
+        run.distance[k] = -stop * run.taylor[k + roots]
     if roots == 0:
-        work.distance[0] = work.near[workspace.ANCHOR_GAP]
-        work.distance[1] = work.near[workspace.ANCHOR_RATE] * length
+        run.distance[0] = run.near[runs.ANCHOR_GAP]
+        run.distance[1] = run.near[runs.ANCHOR_RATE] * length
     degree: int = TAYLOR_DEGREE - roots
     return degree
 
@@ -72,10 +72,10 @@ def gap_and_rate(taylor: Floats, near: Floats, roots: int, stop: int, length: fl
         value = value * t - stop * taylor[k]
     if roots <= 1:
         slope = slope * t + value
-        value = value * t + near[workspace.ANCHOR_RATE] * length
+        value = value * t + near[runs.ANCHOR_RATE] * length
     if roots == 0:
         slope = slope * t + value
-        value = value * t + near[workspace.ANCHOR_GAP]
+        value = value * t + near[runs.ANCHOR_GAP]
     for _ in range(roots):  # the zeros at the start
         slope = slope * t + value
         value *= t
@@ -83,16 +83,14 @@ def gap_and_rate(taylor: Floats, near: Floats, roots: int, stop: int, length: fl
 
 
 @kernel
-def first_contact(
-    work: Workspace, stops: Stops, length: float, size: float, tail: float, rest: float
-) -> tuple[int, float]:
-    """Return (stop, t) of the first contact of the series work.taylor on [0, 1], or (0, 1.0).
+def first_contact(run: Run, stops: Stops, length: float, size: float, tail: float, rest: float) -> tuple[int, float]:
+    """Return (stop, t) of the first contact of the series run.taylor on [0, 1], or (0, 1.0).
 
     If round-off hides whether the contact touches a stop, this is counted in the tally as a graze, not as a contact. If
-    no contact follows, work.near[GRAZE_STOP] is the stop of the graze, and work.near[GRAZE_BACK] the time from it to
+    no contact follows, run.near[GRAZE_STOP] is the stop of the graze, and run.near[GRAZE_BACK] the time from it to
     the end of the series.
 
-    The anchor of work.cursor is the stop on which, or near which, the series starts. `size`, `tail` and `rest` are as
+    The anchor of run.cursor is the stop on which, or near which, the series starts. `size`, `tail` and `rest` are as
     `cells.expand` returned them, `length` is the time that the series spans.
     """
     stop_found = 0
@@ -101,40 +99,38 @@ def first_contact(
     t_graze = 2.0
     travel = 0.0
     for k in range(1, TAYLOR_DEGREE + 1):
-        travel += abs(work.taylor[k])
-    anchor = work.cursor[workspace.ANCHOR]
+        travel += abs(run.taylor[k])
+    anchor = run.cursor[runs.ANCHOR]
     for stop in (1, -1):
         if stop == anchor:
             # the round-off of q at the start has no effect
-            scale = tail + abs(work.near[workspace.ANCHOR_GAP]) + abs(work.near[workspace.ANCHOR_RATE]) * length
+            scale = tail + abs(run.near[runs.ANCHOR_GAP]) + abs(run.near[runs.ANCHOR_RATE]) * length
             degree = TAYLOR_DEGREE - 1
-            if work.cursor[workspace.ZERO_ORDER] == 1:
+            if run.cursor[runs.ZERO_ORDER] == 1:
                 for k in range(1, TAYLOR_DEGREE):
-                    work.distance[k] = -stop * work.taylor[k + 1]
-                work.distance[0] = work.near[workspace.ANCHOR_RATE] * length
+                    run.distance[k] = -stop * run.taylor[k + 1]
+                run.distance[0] = run.near[runs.ANCHOR_RATE] * length
             else:
-                degree = _other_start(work, stop, length)
+                degree = _other_start(run, stop, length)
         else:
             gap = gap_of(stops, stop)
             if gap == np.inf:
                 continue  # there is none
             scale = size + abs(gap)
-            if stop * work.taylor[0] + travel + CONTACT_ROUNDING * scale + rest < gap:
+            if stop * run.taylor[0] + travel + CONTACT_ROUNDING * scale + rest < gap:
                 continue  # out of reach
             degree = TAYLOR_DEGREE
             for k in range(TAYLOR_DEGREE + 1):
-                work.distance[k] = -stop * work.taylor[k]
-            work.distance[0] += gap
+                run.distance[k] = -stop * run.taylor[k]
+            run.distance[0] += gap
         error = CONTACT_ROUNDING * scale + rest
         # a short series, with the omitted terms added to the error, nearly always decides at a third of the cost
         left_out = error
         for k in range(SHORT_DEGREE + 1, degree + 1):
-            left_out += abs(work.distance[k])
-        status, t = first_negative(
-            work.distance, degree, plain(SHORT_DEGREE), left_out, work.stack, work.start, work.width
-        )
+            left_out += abs(run.distance[k])
+        status, t = first_negative(run.distance, degree, plain(SHORT_DEGREE), left_out, run.stack, run.start, run.width)
         if status == GRAZE_UNDECIDED:
-            status, t = first_negative(work.distance, degree, degree, error, work.stack, work.start, work.width)
+            status, t = first_negative(run.distance, degree, degree, error, run.stack, run.start, run.width)
             if status == GRAZE_UNDECIDED and t < t_graze:
                 graze_stop = stop
                 t_graze = t
@@ -142,28 +138,28 @@ def first_contact(
             stop_found = stop
             t_found = t
     if t_graze <= t_found:
-        work.tally[workspace.UNDECIDED] += 1.0
-        work.tally[workspace.MIN_UNPRESSED_SPEED] = 0.0
+        run.tally[runs.UNDECIDED] += 1.0
+        run.tally[runs.MIN_UNPRESSED_SPEED] = 0.0
         if stop_found == 0:
-            work.near[workspace.GRAZE_STOP] = graze_stop
-            work.near[workspace.GRAZE_BACK] = (1.0 - t_graze) * length
+            run.near[runs.GRAZE_STOP] = graze_stop
+            run.near[runs.GRAZE_BACK] = (1.0 - t_graze) * length
     return stop_found, t_found
 
 
 @kernel
-def enter_passage(work: Workspace, stops: Stops, end: float) -> None:
+def enter_passage(run: Run, stops: Stops, end: float) -> None:
     """Enter the smallest distance from a stop at which the contact turns back before t = `end` into the tally.
 
-    Nothing is done where MIN_GAP is negative (not wanted) or 0. The series work.taylor is over at most a cell, in which
+    Nothing is done where MIN_GAP is negative (not wanted) or 0. The series run.taylor is over at most a cell, in which
     its slope changes so slowly that an extremum shows as a change of sign between a few points. A few steps of regula
     falsi determine the distance. It is that of a maximum of q from the right stop, and of a minimum from the left stop.
     After a rest on a stop the first part of the series is left out (END_OF_REST).
     """
-    least = work.tally[workspace.MIN_GAP]
+    least = run.tally[runs.MIN_GAP]
     if not least > 0.0:
         return
-    taylor = work.taylor
-    low = END_OF_REST * end if work.cursor[workspace.ZERO_ORDER] > 1 else 0.0
+    taylor = run.taylor
+    low = END_OF_REST * end if run.cursor[runs.ZERO_ORDER] > 1 else 0.0
     _, slope_low = value_and_slope(taylor, TAYLOR_DEGREE, low)
     for part in range(PASSAGE_PARTS):
         high = low + (end - low) / (PASSAGE_PARTS - part)
@@ -181,4 +177,4 @@ def enter_passage(work: Workspace, stops: Stops, end: float) -> None:
                 if slope == 0.0:
                     break
         low, slope_low = high, slope_high
-    work.tally[workspace.MIN_GAP] = max(least, 0.0)
+    run.tally[runs.MIN_GAP] = max(least, 0.0)

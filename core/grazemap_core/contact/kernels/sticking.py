@@ -22,9 +22,10 @@ from __future__ import annotations
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.contact.kernels import workspace
+from grazemap_core.contact.kernels import runs
 from grazemap_core.contact.kernels.cells import (
     CellProblem,
+    Forced,
     add_harmonic,
     contact_acceleration_of,
     contact_motion,
@@ -35,6 +36,7 @@ from grazemap_core.contact.kernels.cells import (
     reference_at_half,
 )
 from grazemap_core.contact.kernels.event_loop import run_cell
+from grazemap_core.contact.kernels.runs import Moment, Run, record_event, write_state
 from grazemap_core.contact.kernels.sticking_flow import (
     HeldProblem,
     free_from_held,
@@ -43,7 +45,6 @@ from grazemap_core.contact.kernels.sticking_flow import (
     turn_to,
 )
 from grazemap_core.contact.kernels.stops import Stops, gap_of, restitution_of
-from grazemap_core.contact.kernels.workspace import Workspace, record_event, write_state
 from grazemap_core.contact.tolerances import CHATTER_ACCURACY, CONTACT_ROUNDING
 from grazemap_core.numerics.jit.compiled import kernel, plain
 from grazemap_core.numerics.kernels.bernstein import BECOMES_NEGATIVE, GRAZE_UNDECIDED, first_negative
@@ -52,55 +53,37 @@ from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
 
 @kernel
 def expand_contact_acceleration(
-    problem: CellProblem,
-    held: HeldProblem,
-    stops: Stops,
-    stop: int,
-    cell: int,
-    offset: float,
-    length: float,
-    work: Workspace,
+    held: HeldProblem, stops: Stops, run: Run, stop: int, moment: Moment, length: float
 ) -> float:
-    """Write the series of the contact acceleration over the next `length`, scaled to t in [0, 1], into work.distance.
+    """Write the series of the contact acceleration over the next `length`, scaled to t in [0, 1], into run.distance.
 
-    `offset` is the time since the start of the cell. Returns a bound of the error of its Bernstein coefficients.
+    Returns a bound of the error of its Bernstein coefficients.
     """
-    frequency = held.orders[0] * problem.omega
+    cell, offset, _ = moment
+    frequency = held.orders[0] * held.omega
     steady = rotated_entry(held.steady_table[0], cell, frequency * offset)
-    size, _, rest = expand(held, held.state, frequency, steady, length, work.distance, work.terms)
+    size, _, rest = expand(held, run.held.state, frequency, steady, length, run.distance, run.terms)
     for h in range(1, held.orders.shape[0]):
-        frequency = held.orders[h] * problem.omega
+        frequency = held.orders[h] * held.omega
         steady = rotated_entry(held.steady_table[h], cell, frequency * offset)
-        more, more_rest = add_harmonic(steady, frequency, length, work.distance)
+        more, more_rest = add_harmonic(steady, frequency, length, run.distance)
         size, rest = size + more, rest + more_rest
     static_acceleration = held.static_acceleration * gap_of(stops, stop)
     for k in range(TAYLOR_DEGREE + 1):
-        work.distance[k] *= stop
-    work.distance[0] -= static_acceleration
+        run.distance[k] *= stop
+    run.distance[0] -= static_acceleration
     return CONTACT_ROUNDING * (size + abs(static_acceleration)) + rest
 
 
 @kernel
-def begin_rest(
-    problem: CellProblem,
-    held: HeldProblem,
-    stops: Stops,
-    u: Floats,
-    cell: int,
-    offset: float,
-    half: int,
-    work: Workspace,
-) -> tuple[bool, float]:
-    """Bring the contact to rest on the anchor if the remaining impacts may be summed; held.state is then that at rest.
+def begin_rest(forced: Forced, stops: Stops, run: Run, moment: Moment) -> tuple[bool, float]:
+    """Bring the contact to rest on the anchor if the remaining impacts may be summed; its held state is then at rest.
 
     Parameters
     ----------
-    u : (N, 2)
-        Free state on the stop; changed by round-off only.
-    cell, offset, half
-        Cell of the forcing period, time since its start, and index of the half period.
-    work : Workspace
-        Its anchor is the stop, and work.near[ANCHOR_RATE] the speed at which the contact leaves it; 0 at rest.
+    run : Run
+        Its anchor is the stop, and run.near[ANCHOR_RATE] the speed at which the contact leaves it; 0 at rest. Its free
+        state is on the stop, and changed by round-off only.
 
     Returns
     -------
@@ -108,25 +91,27 @@ def begin_rest(
     delay : float
         Time until the contact is at rest.
     """
-    stop, leaving = work.cursor[workspace.ANCHOR], work.near[workspace.ANCHOR_RATE]
+    stop, leaving = run.cursor[runs.ANCHOR], run.near[runs.ANCHOR_RATE]
+    problem, held, u = forced.free, forced.held, run.u
+    cell, offset, half = moment
     time = problem.step * (cell % (problem.cells // 2)) + offset
-    turn_to(held, cell, problem.omega * offset)
+    turn_to(held, run.held, cell, problem.omega * offset)
     forced_part(problem, u, half, time, 1.0)
-    held_from_free(held, u, stop * gap_of(stops, stop), problem.omega)
+    held_from_free(held, run.held, u, stop * gap_of(stops, stop))
     forced_part(problem, u, half, time, -1.0)
-    error = expand_contact_acceleration(problem, held, stops, stop, cell, offset, problem.step, work)
-    contact_acceleration = work.distance[0]
+    error = expand_contact_acceleration(held, stops, run, stop, moment, problem.step)
+    contact_acceleration = run.distance[0]
     delay = 0.0
     if leaving > 0.0:
         if not contact_acceleration > error:
             return False, 0.0
         q = leaving / (1.0 - restitution_of(stops, stop))
-        rate = work.distance[1] / problem.step
+        rate = run.distance[1] / problem.step
         share = 2.0 * q / (contact_acceleration * problem.step)
         change = 0.0
         power = share
         for k in range(1, TAYLOR_DEGREE + 1):
-            change += abs(work.distance[k]) * power
+            change += abs(run.distance[k]) * power
             power *= share
         change /= contact_acceleration
         if not (change < 0.5 and share * (change + share) ** 2 <= CHATTER_ACCURACY):
@@ -137,117 +122,96 @@ def begin_rest(
         delay = 2.0 * q / contact_acceleration - second_derivative * q * q
     elif not contact_acceleration >= -error:
         return False, 0.0
-    work.cursor[workspace.ANCHOR] = stop
-    work.cursor[workspace.HELD] = stop
-    held.since[0] = half
-    held.since[1] = time + delay
-    work.tally[workspace.HELD_RIGHT if stop > 0 else workspace.HELD_LEFT] = 1.0
+    run.cursor[runs.ANCHOR] = stop
+    run.cursor[runs.HELD] = stop
+    run.held.since[0] = half
+    run.held.since[1] = time + delay
+    run.tally[runs.HELD_RIGHT if stop > 0 else runs.HELD_LEFT] = 1.0
     return True, delay
 
 
 @kernel
-def rest_after_impact(
-    problem: CellProblem,
-    held: HeldProblem,
-    stops: Stops,
-    u: Floats,
-    cell: int,
-    offset: float,
-    half: int,
-    work: Workspace,
-) -> int:
-    """Bring the contact to rest after an impact if the remaining impacts may be summed. Returns OK or NO_HELD_FLOW."""
-    stop, leaving = work.cursor[workspace.ANCHOR], work.near[workspace.ANCHOR_RATE]
-    if not held.exists:
-        _, _, acceleration = reference_at(problem, cell, offset)
-        return (
-            workspace.NO_HELD_FLOW if stop * contact_acceleration_of(problem, u, acceleration) > 0.0 else workspace.OK
-        )
-    rests, delay = begin_rest(problem, held, stops, u, cell, offset, half, work)
-    if not rests:
-        return workspace.OK
-    if leaving > 0.0:
-        work.tally[workspace.RIGHT_IMPACTS if stop > 0 else workspace.LEFT_IMPACTS] = np.inf
-        work.tally[workspace.MIN_SPEED] = 0.0
-    row = work.cursor[workspace.EVENT_COUNT] - 1  # of this impact
-    if 0 <= row < work.events.shape[0]:
-        work.events[row, workspace.KIND] = workspace.CHATTER if leaving > 0.0 else workspace.IMPACT_AND_REST
-        work.events[row, workspace.DELAY] = delay
-        write_state(work.events[row], held.state)
-    return workspace.OK
+def _no_rest(problem: CellProblem, run: Run, cell: int, offset: float) -> int:
+    """Return NO_HELD_FLOW if the contact is pressed against its anchor, where it would rest; otherwise OK."""
+    _, _, acceleration = reference_at(problem, cell, offset)
+    pressed = run.cursor[runs.ANCHOR] * contact_acceleration_of(problem, run.u, acceleration) > 0.0
+    return runs.NO_HELD_FLOW if pressed else runs.OK
 
 
 @kernel
-def carry_rest(
-    problem: CellProblem,
-    held: HeldProblem,
-    stops: Stops,
-    u: Floats,
-    cell: int,
-    offset: float,
-    half: int,
-    work: Workspace,
-) -> float:
-    """Advance the state to the end of the cell, or to the release of the contact, and return the time in the cell.
+def rest_after_impact(forced: Forced, stops: Stops, run: Run, moment: Moment) -> int:
+    """Bring the contact to rest after an impact if the remaining impacts may be summed. Returns OK or NO_HELD_FLOW."""
+    stop, leaving = run.cursor[runs.ANCHOR], run.near[runs.ANCHOR_RATE]
+    if not forced.held.exists:
+        return _no_rest(forced.free, run, moment.cell, moment.offset)
+    rests, delay = begin_rest(forced, stops, run, moment)
+    if not rests:
+        return runs.OK
+    if leaving > 0.0:
+        run.tally[runs.RIGHT_IMPACTS if stop > 0 else runs.LEFT_IMPACTS] = np.inf
+        run.tally[runs.MIN_SPEED] = 0.0
+    row = run.cursor[runs.EVENT_COUNT] - 1  # of this impact
+    if 0 <= row < run.events.shape[0]:
+        run.events[row, runs.KIND] = runs.CHATTER if leaving > 0.0 else runs.IMPACT_AND_REST
+        run.events[row, runs.DELAY] = delay
+        write_state(run.events[row], run.held.state)
+    return runs.OK
 
-    After a release work.cursor[HELD] is 0 and u is the free state; otherwise u is not changed.
+
+@kernel
+def carry_rest(forced: Forced, stops: Stops, run: Run, moment: Moment) -> float:
+    """Advance a resting contact to the end of the cell, or to its release, and return the time in the cell.
+
+    After a release run.cursor[HELD] is 0 and run.u is the free state; otherwise run.u is not changed.
     """
-    stop = work.cursor[workspace.HELD]
+    problem, held = forced.free, forced.held
+    cell, offset, half = moment
+    stop = run.cursor[runs.HELD]
     length = problem.step - offset
-    error = expand_contact_acceleration(problem, held, stops, stop, cell, offset, length, work)
-    work.tally[workspace.HELD_RIGHT if stop > 0 else workspace.HELD_LEFT] = 1.0
+    error = expand_contact_acceleration(held, stops, run, stop, moment, length)
+    run.tally[runs.HELD_RIGHT if stop > 0 else runs.HELD_LEFT] = 1.0
     # the contact acceleration may be zero to within round-off at the start; it is released where it turns negative
     degree = plain(TAYLOR_DEGREE)
-    status, t = first_negative(work.distance, degree, degree, error, work.stack, work.start, work.width)
+    status, t = first_negative(run.distance, degree, degree, error, run.stack, run.start, run.width)
     if status != BECOMES_NEGATIVE:
         # where nothing moves and no force acts, nothing is undecided
         if status == GRAZE_UNDECIDED and error > 0.0:
-            work.tally[workspace.UNDECIDED] += 1.0
-        flow_state(held, held.state, length)
+            run.tally[runs.UNDECIDED] += 1.0
+        flow_state(held, run.held.state, length)
         return problem.step
     passed = t * length
-    flow_state(held, held.state, passed)
+    flow_state(held, run.held.state, passed)
     offset += passed
-    write_free_state(problem, held, stops, u, cell, offset, work)
-    work.cursor[workspace.HELD] = 0
-    work.cursor[workspace.ZERO_ORDER] = 3
+    write_free_state(forced, stops, run, cell, offset)
+    run.cursor[runs.HELD] = 0
+    run.cursor[runs.ZERO_ORDER] = 3
     before = problem.step * (cell % (problem.cells // 2))
-    record_event(work, half, before + offset, stop, 0.0, workspace.RELEASE, u)
+    record_event(run, half, before + offset, stop, 0.0, runs.RELEASE, run.u)
     return offset
 
 
 @kernel
-def write_free_state(
-    problem: CellProblem,
-    held: HeldProblem,
-    stops: Stops,
-    u: Floats,
-    cell: int,
-    offset: float,
-    work: Workspace,
-) -> None:
-    """Write the free state of a resting contact into u (N, 2)."""
-    turn_to(held, cell, problem.omega * offset)
-    stop = work.cursor[workspace.HELD]
-    free_from_held(held, stop * gap_of(stops, stop), problem.omega, u)
+def write_free_state(forced: Forced, stops: Stops, run: Run, cell: int, offset: float) -> None:
+    """Write the free state of a resting contact into run.u."""
+    problem, held = forced.free, forced.held
+    turn_to(held, run.held, cell, problem.omega * offset)
+    stop = run.cursor[runs.HELD]
+    free_from_held(held, run.held, stop * gap_of(stops, stop), run.u)
     half = cell // (problem.cells // 2)
-    forced_part(problem, u, half, problem.step * (cell - half * (problem.cells // 2)) + offset, -1.0)
+    forced_part(problem, run.u, half, problem.step * (cell - half * (problem.cells // 2)) + offset, -1.0)
 
 
 @kernel
-def start_on_stop(problem: CellProblem, held: HeldProblem, stops: Stops, u: Floats, stop: int, work: Workspace) -> int:
+def start_on_stop(forced: Forced, stops: Stops, run: Run, stop: int) -> int:
     """Start at rest on a stop; the contact stays there if pressed against it. Returns OK or NO_HELD_FLOW."""
-    work.cursor[workspace.ANCHOR] = stop
-    work.cursor[workspace.ZERO_ORDER] = 2
-    work.near[workspace.ANCHOR_GAP] = 0.0
-    work.near[workspace.ANCHOR_RATE] = 0.0
-    if not held.exists:
-        _, _, acceleration = reference_at(problem, plain(0), 0.0)
-        return (
-            workspace.NO_HELD_FLOW if stop * contact_acceleration_of(problem, u, acceleration) > 0.0 else workspace.OK
-        )
-    begin_rest(problem, held, stops, u, plain(0), 0.0, plain(0), work)
-    return workspace.OK
+    run.cursor[runs.ANCHOR] = stop
+    run.cursor[runs.ZERO_ORDER] = 2
+    run.near[runs.ANCHOR_GAP] = 0.0
+    run.near[runs.ANCHOR_RATE] = 0.0
+    if not forced.held.exists:
+        return _no_rest(forced.free, run, plain(0), 0.0)
+    begin_rest(forced, stops, run, Moment(plain(0), 0.0, plain(0)))
+    return runs.OK
 
 
 @kernel
@@ -272,29 +236,18 @@ def put_between_stops(problem: CellProblem, stops: Stops, u: Floats, rests: bool
 
 
 @kernel
-def rest_in_cell(
-    problem: CellProblem,
-    held: HeldProblem,
-    stops: Stops,
-    u: Floats,
-    cell: int,
-    half: int,
-    work: Workspace,
-) -> int:
-    """Advance a state to the end of the cell after AT_STOP. Returns a status of `run_cell`, or NO_HELD_FLOW.
-
-    u (N, 2) is the free state; on return it is meaningless if the contact rests.
-    """
-    status = workspace.AT_STOP
-    while status == workspace.AT_STOP:
-        offset = work.near[workspace.CELL_OFFSET]
-        if work.cursor[workspace.HELD] == 0:
-            status = rest_after_impact(problem, held, stops, u, cell, offset, half, work)
-            if status != workspace.OK:
+def rest_in_cell(forced: Forced, stops: Stops, run: Run, cell: int, half: int) -> int:
+    """Advance a run to the end of the cell after AT_STOP. Returns a status of `run_cell`, or NO_HELD_FLOW."""
+    status = runs.AT_STOP
+    while status == runs.AT_STOP:
+        offset = run.near[runs.CELL_OFFSET]
+        if run.cursor[runs.HELD] == 0:
+            status = rest_after_impact(forced, stops, run, Moment(cell, offset, half))
+            if status != runs.OK:
                 return status
-        if work.cursor[workspace.HELD] != 0:
-            offset = carry_rest(problem, held, stops, u, cell, offset, half, work)
-            if work.cursor[workspace.HELD] != 0:
-                return workspace.OK
-        status = run_cell(problem, stops, u, cell, offset, half, work)
+        if run.cursor[runs.HELD] != 0:
+            offset = carry_rest(forced, stops, run, Moment(cell, offset, half))
+            if run.cursor[runs.HELD] != 0:
+                return runs.OK
+        status = run_cell(forced.free, stops, run, Moment(cell, offset, half))
     return status

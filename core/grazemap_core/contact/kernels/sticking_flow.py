@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 
 from grazemap_core.arrays import Floats
+from grazemap_core.contact.kernels.runs import HeldRun
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.records import NamedTuple
 
@@ -39,8 +40,6 @@ class HeldProblem(NamedTuple):
     """(N,) Displacements at the equilibrium with q held, per unit of q."""
     phase_factors: Floats
     """(H, cells + 1, 2) exp(i order phase) at the cell boundaries."""
-    turn: Floats
-    """(H, 2) exp(i order phase) at one moment (`turn_to`); scratch."""
     steady: Floats
     """(H, N, 2) Amplitudes of the displacements of the steady motion with q held at 0. The displacement is the
     imaginary part of amplitude times exp(i order phase)."""
@@ -59,12 +58,8 @@ class HeldProblem(NamedTuple):
     exists: bool
     """False if the constrained structure has no accurate closed form: an undamped resonance with the forcing, or two
     blocks that are nearly defective together."""
-    state: Floats
-    """(n, 2) The held state while q rests; changed in place."""
-    since: Floats
-    """(2,) The half period and the time in it at which q came to rest; changed in place."""
-    physical: Floats
-    """(2 N,) Scratch."""
+    omega: float
+    """Forcing frequency."""
 
 
 @kernel
@@ -76,56 +71,52 @@ def rotated_entry(table: Floats, cell: int, angle: float) -> tuple[float, float]
 
 
 @kernel
-def turn_to(held: HeldProblem, cell: int, angle: float) -> None:
-    """Write exp(i order phase) of the harmonics into held.turn; `angle` is the phase since the start of the cell."""
+def turn_to(held: HeldProblem, run: HeldRun, cell: int, angle: float) -> None:
+    """Write exp(i order phase) of the harmonics into run.turn; `angle` is the phase since the start of the cell."""
     for h in range(held.orders.shape[0]):
-        held.turn[h, 0], held.turn[h, 1] = rotated_entry(held.phase_factors[h], cell, held.orders[h] * angle)
+        run.turn[h, 0], run.turn[h, 1] = rotated_entry(held.phase_factors[h], cell, held.orders[h] * angle)
 
 
 @kernel
-def held_motion(held: HeldProblem, state: Floats, place: float, omega: float) -> None:
-    """Write displacements, then velocities, from the static equilibrium to held.physical (2 N,).
+def held_motion(held: HeldProblem, run: HeldRun, place: float) -> None:
+    """Write displacements, then velocities, from the static equilibrium to run.physical.
 
     Parameters
     ----------
-    held : HeldProblem
+    run : HeldRun
         Its `turn` is that of the moment.
-    state : (n, 2)
-        The held state.
     place : float
         The contact coordinate: stop * gap.
-    omega : float
-        Forcing frequency.
     """
-    count = held.profile.shape[0]
+    count, state = held.profile.shape[0], run.state
     for i in range(count):
         x, v = place * held.profile[i], 0.0
         for h in range(held.orders.shape[0]):
-            cosine, sine = held.turn[h, 0], held.turn[h, 1]
+            cosine, sine = run.turn[h, 0], run.turn[h, 1]
             real, imag = held.steady[h, i, 0], held.steady[h, i, 1]
             x += imag * cosine
             x += real * sine
-            v += held.orders[h] * omega * (real * cosine - imag * sine)
+            v += held.orders[h] * held.omega * (real * cosine - imag * sine)
         for j in range(state.shape[0]):
             for k in range(2):
                 x += held.from_blocks[i, 2 * j + k] * state[j, k]
                 v += held.from_blocks[count + i, 2 * j + k] * state[j, k]
-        held.physical[i] = x
-        held.physical[count + i] = v
+        run.physical[i] = x
+        run.physical[count + i] = v
 
 
 @kernel
-def held_from_free(held: HeldProblem, u: Floats, place: float, omega: float) -> None:
-    """Write the held state in the free state u (N, 2) into held.state. Other parameters as `held_motion`.
+def held_from_free(held: HeldProblem, run: HeldRun, u: Floats, place: float) -> None:
+    """Write the held state in the free state u (N, 2) into run.state. Other parameters as `held_motion`.
 
     What the free state has of q - place and of q' is taken away in the direction of the jump.
     """
-    count, blocks = u.shape[0], held.state.shape[0]
+    count, blocks = u.shape[0], run.state.shape[0]
     for i in range(count):
         x, v = 0.0, 0.0
         for h in range(held.orders.shape[0]):
-            cosine, sine = held.turn[h, 0], held.turn[h, 1]
-            frequency = held.orders[h] * omega
+            cosine, sine = run.turn[h, 0], run.turn[h, 1]
+            frequency = held.orders[h] * held.omega
             x += held.free_steady[h, i, 1] * cosine + held.free_steady[h, i, 0] * sine
             x -= held.steady[h, i, 1] * cosine + held.steady[h, i, 0] * sine
             v += frequency * (held.free_steady[h, count + i, 0] * cosine - held.free_steady[h, count + i, 1] * sine)
@@ -135,32 +126,32 @@ def held_from_free(held: HeldProblem, u: Floats, place: float, omega: float) -> 
             for k in range(2):
                 x += held.from_free[i, 2 * j + k] * u[j, k]
                 v += held.from_free[count + i, 2 * j + k] * u[j, k]
-        held.physical[i] = x
-        held.physical[count + i] = v
+        run.physical[i] = x
+        run.physical[count + i] = v
     for j in range(blocks):
         for k in range(2):
             value = 0.0
             for i in range(2 * count):
-                value += held.to_blocks[2 * j + k, i] * held.physical[i]
-            held.state[j, k] = value
+                value += held.to_blocks[2 * j + k, i] * run.physical[i]
+            run.state[j, k] = value
 
 
 @kernel
-def free_from_held(held: HeldProblem, place: float, omega: float, u: Floats) -> None:
-    """Write the free state that corresponds to held.state into u (N, 2). Other parameters as `held_motion`."""
+def free_from_held(held: HeldProblem, run: HeldRun, place: float, u: Floats) -> None:
+    """Write the free state that corresponds to run.state into u (N, 2). Other parameters as `held_motion`."""
     count = u.shape[0]
-    held_motion(held, held.state, place, omega)
+    held_motion(held, run, place)
     for i in range(count):
         for h in range(held.orders.shape[0]):
-            cosine, sine = held.turn[h, 0], held.turn[h, 1]
+            cosine, sine = run.turn[h, 0], run.turn[h, 1]
             steady = held.free_steady[h]
-            held.physical[i] -= steady[i, 1] * cosine + steady[i, 0] * sine
-            held.physical[count + i] -= (
-                held.orders[h] * omega * (steady[count + i, 0] * cosine - steady[count + i, 1] * sine)
+            run.physical[i] -= steady[i, 1] * cosine + steady[i, 0] * sine
+            run.physical[count + i] -= (
+                held.orders[h] * held.omega * (steady[count + i, 0] * cosine - steady[count + i, 1] * sine)
             )
     for j in range(count):
         for k in range(2):
             value = 0.0
             for i in range(2 * count):
-                value += held.to_free[2 * j + k, i] * held.physical[i]
+                value += held.to_free[2 * j + k, i] * run.physical[i]
             u[j, k] = value

@@ -11,8 +11,8 @@ from typing import Final
 import numpy as np
 
 from grazemap_core.arrays import Booleans, Floats, Integers
-from grazemap_core.contact.cell_problem import has_odd_harmonics_only
 from grazemap_core.contact.kernels.stops import Stops
+from grazemap_core.contact.stops import has_odd_harmonics_only
 from grazemap_core.continuation.parameters import PARAMETERS, ParameterPoint
 from grazemap_core.maps.borders.motion_grid import MotionGrid, MotionName, Point
 from grazemap_core.model.equilibrium import contact_equilibrium

@@ -119,10 +119,8 @@ class Regions:
         forced = forced_oscillator(self.grid.oscillator_at(point), values.omega, values.clearance)
         states = self._starts * np.array([1.0, values.omega])[:, None]
         runner = self._runner(values, forced.oscillator)
-        steady = runner.steady(np.array([values.omega]))[0]
-        clearances = np.array([[values.clearance_right, values.clearance_left]])
         middle = _middle(forced)
-        codes, _ = runner.run(values.omega, steady, clearances, BetweenStops(middle, states))
+        codes, _ = runner.run(forced.structure, np.array([forced.clearances]), BetweenStops(middle, states))
         there = [k for k, code in enumerate(codes[0]) if self.grid.name_from_codes(code) == name]
         for k in sorted(there, key=lambda k: int(codes[0, k, SETTLED_AFTER]))[:_MOST_STATES]:
             state = middle + forced.stops.unit * states[k]
@@ -236,7 +234,7 @@ def _last_period(run: Trajectory, period: int) -> ImpactSequence | None:
     if run.final is None or not len(impacts.stop) or np.any(impacts.kind != "impact") or len(run.sticking.start):
         return None
     # whole forcing periods leave the phase as it was
-    phases = run.final.phase + 2.0 * math.pi * impacts.period + run.record.problem.omega * impacts.phase_time
+    phases = run.final.phase + 2.0 * math.pi * impacts.period + run.record.forced.free.omega * impacts.phase_time
     try:
         return ImpactSequence.create(period, impacts.stop.astype(np.int64), phases, impacts.velocity)
     except ParameterError:

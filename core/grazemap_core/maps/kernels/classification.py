@@ -48,7 +48,7 @@ from grazemap_core.codes import (
 )
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.half_period import is_free_for_ever, reason_of_end
-from grazemap_core.contact.kernels.workspace import ANCHOR, EVENT_COUNT, OK
+from grazemap_core.contact.kernels.runs import ANCHOR, EVENT_COUNT, OK
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.column import Column
 from grazemap_core.maps.kernels.final_states import keep_orbit
@@ -115,7 +115,7 @@ def start_growth(column: Column, k: int, used: int) -> None:
         taken = counts[lane, lane_state.TRAJECTORY] >= 0 and counts[lane, lane_state.STATE] == lane_state.SETTLING
         if taken and k - counts[lane, lane_state.STARTED] == after:
             counts[lane, lane_state.STATE] = lane_state.GROWING
-            begin_growth_of(record_of(column.models, lane).problem, column.tangents, lane)
+            begin_growth_of(record_of(column.models, lane).forced.free, column.tangents, lane)
 
 
 @pointer_kernel
@@ -137,7 +137,7 @@ def classify_lane(column: Column, lane: int, k: int, returned: int, closed: int)
         finished = _classify_settling(column, lane, k, returned, closed != 0)
     elif state == lane_state.REPEATING and group.status[lane] == OK and column.tangents.carried[lane] == ALL:
         results, trajectory = column.results, counts[lane_state.TRAJECTORY]
-        multiplier = multiplier_of_lane(record_of(column.models, lane).problem, column.tangents, lane)
+        multiplier = multiplier_of_lane(record_of(column.models, lane).forced.free, column.tangents, lane)
         _write_multiplier(results.codes[trajectory], results.figures[trajectory], multiplier)
     if finished and column.task.follow and k % 2 == 1 and group.status[lane] == OK and state != lane_state.ENDING:
         counts[lane_state.STATE], counts[lane_state.DEADLINE] = lane_state.ENDING, k + 1
@@ -153,7 +153,7 @@ def _classify_settling(column: Column, lane: int, k: int, returned: int, closed:
     codes, figures = column.results.codes[trajectory], column.results.figures[trajectory]
     halves = k - counts[lane_state.STARTED]
     last = halves >= 2 * task.max_periods
-    problem, stops, reach = record_of(column.models, lane).problem, lane_stops(group, lane), group.reach[lane]
+    problem, stops, reach = record_of(column.models, lane).forced.free, lane_stops(group, lane), group.reach[lane]
     if group.status[lane] != OK or column.records.sizes[lane, lane_state.COUNTED_IMPACTS] > SETTLING_IMPACTS:
         reason = TOO_MANY_IMPACTS if group.status[lane] == OK else reason_of_end(group.status[lane])
         _write_motion(codes, figures, (reason, 0, 0, 0, False, np.inf, False), -1, RESOLVED)
@@ -210,7 +210,7 @@ def _distance_of_orbit(column: Column, lane: int, k: int, length: int) -> float:
     if length % 2 == 1 and length > column.task.max_period:
         return np.inf
     known, stops = _is_near_orbit(column, lane, length), lane_stops(column.group, lane)
-    return orbit_nearby(record_of(column.models, lane).problem, stops, column.history, lane, k, length, known)
+    return orbit_nearby(record_of(column.models, lane).forced.free, stops, column.history, lane, k, length, known)
 
 
 @kernel
@@ -223,7 +223,11 @@ def _write_orbit(column: Column, lane: int, k: int, length: int, verified: Verif
     trajectory = counts[lane_state.TRAJECTORY]
     codes, figures = column.results.codes[trajectory], column.results.figures[trajectory]
     _write_verified(codes, figures, verified, after)
-    problem, stops, final = record_of(column.models, lane).problem, lane_stops(column.group, lane), column.results.final
+    problem, stops, final = (
+        record_of(column.models, lane).forced.free,
+        lane_stops(column.group, lane),
+        column.results.final,
+    )
     keep_orbit(final, problem, stops, column.verification, verified, trajectory)
     if verified.ratio < 1.0:
         _write_captured(column, lane)
@@ -307,7 +311,7 @@ def _verify(column: Column, lane: int, k: int, length: int, distance: float) -> 
     distance.
     """
     model, scratch, group = record_of(column.models, lane), column.verification, column.group
-    problem, blocks = model.problem, model.blocks
+    problem, blocks = model.forced.free, model.blocks
     stops, events, rows = lane_stops(group, lane), group.events[lane], group.cursor[lane, EVENT_COUNT]
     error = error_of(column.tangents.errors, lane)
     if not blocks.verifiable:
@@ -317,12 +321,13 @@ def _verify(column: Column, lane: int, k: int, length: int, distance: float) -> 
     if recorded:
         count = guess_from_record(problem, scratch, stops, k, length, events, rows)
     else:
-        for j in range(scratch.start.shape[0]):
-            scratch.start[j, 0] = group.even[2 * j * LANES + lane]
-            scratch.start[j, 1] = group.even[(2 * j + 1) * LANES + lane]
+        start = scratch.replay.u
+        for j in range(start.shape[0]):
+            start[j, 0] = group.even[2 * j * LANES + lane]
+            start[j, 1] = group.even[(2 * j + 1) * LANES + lane]
         copy_vector(scratch.replay.cursor, group.cursor[lane])
         copy_vector(scratch.replay.near[:3], group.near[lane])
-        count = guess_from_replay(problem, model.held, scratch, stops, k, length)
+        count = guess_from_replay(model.forced, scratch, stops, k, length)
     part, nearby = column.records.counts[lane, lane_state.NEAR_ORBIT], distance
     if not _is_near_orbit(column, lane, length):
         apart = APPARENT * distance * stops.unit / unit_of_speeds(problem, stops)
@@ -344,7 +349,7 @@ def _verify(column: Column, lane: int, k: int, length: int, distance: float) -> 
 def _write_arrival(column: Column, lane: int, k: int) -> None:
     """Write the state of a lane after k half periods where verification looks for it."""
     states, arrival = column.history.states, column.verification.capture.arrival
-    resonant = record_of(column.models, lane).problem.resonant_steady
+    resonant = record_of(column.models, lane).forced.free.resonant_steady
     row = k % states.shape[0]
     for j in range(arrival.shape[0]):
         for c in range(2):
@@ -411,7 +416,7 @@ def _write_verified(codes: Integers, figures: Floats, verified: Verification, af
 @kernel
 def _write_mean(column: Column, codes: Integers, figures: Floats, lane: int, k: int) -> None:
     """Write the mean position and velocity of the motion that was named."""
-    problem, unit = record_of(column.models, lane).problem, column.group.unit[lane]
+    problem, unit = record_of(column.models, lane).forced.free, column.group.unit[lane]
     x, v = mean_section(problem, column.history, lane, k, codes[lane_state.PERIOD])
     figures[lane_state.MEAN_POSITION] = x / unit
     figures[lane_state.MEAN_VELOCITY] = v / (problem.omega * unit)
@@ -429,7 +434,7 @@ def _write_multiplier(codes: Integers, figures: Floats, multiplier: float) -> No
 @kernel
 def _write_growth(column: Column, codes: Integers, figures: Floats, lane: int) -> None:
     """Write what the growth along a lane implies, if it was measured to the end."""
-    problem, tangents, task = record_of(column.models, lane).problem, column.tangents, column.task
+    problem, tangents, task = record_of(column.models, lane).forced.free, column.tangents, column.task
     growth, exponent, error = growth_of_lane(problem, column.group.unit[lane], task.growth_skipped, tangents, lane)
     codes[lane_state.GROWTH] = growth
     figures[lane_state.LYAPUNOV] = exponent * problem.step * problem.cells

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.contact.kernels.workspace import Workspace
+from grazemap_core.contact.kernels.runs import Run
 from grazemap_core.maps.kernels.lane_state import ColumnTask, LaneRecords, TrajectoryResults
 from grazemap_core.maps.kernels.lane_tables import LANES
 from grazemap_core.maps.kernels.lane_tangents import LaneTangents
@@ -35,12 +35,10 @@ class Column(NamedTuple):
     """Progress of every lane's trajectory."""
     returns: ReturnSearch
     """Scratch of the search for returns."""
-    work: Workspace
-    """Scratch, with the capacity of the lanes for events."""
+    run: Run
+    """Scratch: a lane that goes through a cell by itself, with the capacity of the lanes for events."""
     verification: VerificationScratch
     """Scratch of verifications."""
-    u: Floats
-    """(N, 2) Scratch."""
     final_state: Floats
     """(N, 2) The state in which the last trajectory of a sweep ended."""
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.contact.kernels import workspace
+from grazemap_core.contact.kernels import runs
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.maps.kernels.lane_tables import LANES
@@ -56,7 +56,7 @@ def keep_state(final: FinalStates, group: Lanes, lane: int, trajectory: int, k: 
     for c in range(final.states.shape[1]):
         final.states[trajectory, c] = sign * group.even[c * LANES + lane]
     resting = group.regime[lane] == RESTING
-    final.resting_stop[trajectory] = sign * group.cursor[lane, workspace.HELD] if resting else 0.0
+    final.resting_stop[trajectory] = sign * group.cursor[lane, runs.HELD] if resting else 0.0
 
 
 @kernel

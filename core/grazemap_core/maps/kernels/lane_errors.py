@@ -21,7 +21,7 @@ import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.contact.kernels.cells import CellProblem
-from grazemap_core.contact.kernels.workspace import MIN_GAP, VELOCITY
+from grazemap_core.contact.kernels.runs import MIN_GAP, VELOCITY
 from grazemap_core.maps.kernels.lane_tables import LANES
 from grazemap_core.maps.kernels.lockstep import EVENT_ACCELERATION, Lanes
 from grazemap_core.maps.kernels.tangent_batches import is_safe

@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 
 from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
-from grazemap_core.contact.kernels import workspace
+from grazemap_core.contact.kernels import runs
 from grazemap_core.contact.kernels.cells import free_reach
 from grazemap_core.contact.kernels.half_period import counted
 from grazemap_core.contact.kernels.sticking import put_between_stops
@@ -36,6 +36,7 @@ from grazemap_core.maps.kernels.lane_tangents import (
 )
 from grazemap_core.maps.kernels.lockstep import (
     RESTING,
+    Engine,
     Lanes,
     clear_lane,
     lane_stops,
@@ -68,7 +69,7 @@ def settle_column(masses: Masses, column: Column, separate: TablesPerLane, class
     masses : tuple of length N
         Only its length matters.
     column : Column
-        All but models and task is overwritten. The capacity of lanes and work is RECORDED_IMPACTS events, or 0
+        All but models and task is overwritten. The capacity of lanes and run is RECORDED_IMPACTS events, or 0
         where neither verification nor growth is wanted.
     separate : TablesPerLane
         If every trajectory has its own; there is one for each stops then.
@@ -76,10 +77,11 @@ def settle_column(masses: Masses, column: Column, separate: TablesPerLane, class
         The address of `classification.classify_lane`.
     """
     column, separate = reference(column), reference(separate)
+    engine = reference(Engine(masses, column.models, separate, column.group, column.run))
     task, counts, returns = column.task, column.records.counts, column.returns
     for lane in range(LANES):
         _vacate(column, lane)
-    n = task.stops.shape[0] * task.directions.shape[0]
+    n = task.starts.on_stop.shape[0]
     # typed explicitly: for a literal 0 everything below would be compiled a second time
     queued = int(np.int64(0))
     done = 0
@@ -88,12 +90,12 @@ def settle_column(masses: Masses, column: Column, separate: TablesPerLane, class
     ended = task.ended
     while done < n:
         if k % HALVES_BETWEEN_CHECKS == 0 and queued < n:
-            queued, used = _start_trajectories(column, separate, k, queued, used, ended)
-        _run_half(masses, column, separate, k, used)
+            queued, used = _start_trajectories(engine, column, k, queued, used, ended)
+        _run_half(engine, column, k, used)
         k += 1
         check = task.early and k % HALVES_BETWEEN_CHECKS == 0
         if check:
-            _find_returns(column, separate, k, used)
+            _find_returns(engine, column, k, used)
         for lane in range(used):
             if counts[lane, lane_state.TRAJECTORY] < 0 or not _is_due(column, lane, k, check):
                 continue
@@ -109,7 +111,7 @@ def settle_column(masses: Masses, column: Column, separate: TablesPerLane, class
                 k = int(np.int64(0))  # the next one starts at once
         needed = (n - done + LANE_BLOCK - 1) // LANE_BLOCK * LANE_BLOCK
         if queued == n and used > needed > 0:
-            _move_to_first_lanes(column, separate, k, used)
+            _move_to_first_lanes(engine, column, k, used)
             used = needed
     return ended
 
@@ -125,22 +127,19 @@ def _vacate(column: Column, lane: int) -> None:
 
 
 @kernel
-def _start_trajectories(
-    column: Column, separate: TablesPerLane, k: int, queued: int, used: int, ended: int
-) -> tuple[int, int]:
+def _start_trajectories(engine: Engine, column: Column, k: int, queued: int, used: int, ended: int) -> tuple[int, int]:
     """Start trajectories in the lanes that are out of use, after k half periods.
 
     Returns how many have been started by now, and how many lanes are in use. `ended` is how the one before ended in a
     sweep; otherwise ENDED_EARLY.
     """
-    task, counts, u = column.task, column.records.counts, column.u
-    starts = task.directions.shape[0]
-    n = task.stops.shape[0] * starts
+    task, counts, u = column.task, column.records.counts, column.run.u
+    starts, each, n = task.starts, task.starts.directions.shape[0], task.starts.on_stop.shape[0]
     for lane in range(1 if task.follow else LANES):
         if queued < n and counts[lane, lane_state.TRAJECTORY] < 0:
-            row, inherits = queued // starts, task.inherits and queued == 0
-            stops = stops_in_row(task.stops, row)
-            begin_separate(column.models, separate, lane, row)
+            row, inherits = queued // each, task.inherits and queued == 0
+            stops = stops_in_row(starts.stops, row)
+            begin_separate(engine.models, engine.separate, lane, row)
             model = record_of(column.models, lane)
             if ended != ENDED_EARLY:
                 copy_matrix(u, column.final_state)
@@ -149,16 +148,16 @@ def _start_trajectories(
             else:
                 for j in range(u.shape[0]):
                     for c in range(2):
-                        u[j, c] = task.base[row, j, c] + stops.unit * task.directions[queued % starts, j, c]
-                        u[j, c] += task.offset[row] * task.aside[row, j, c]
-                if task.on_stop[queued] != 0:
-                    start_lane_on_stop(column.group, lane, model.problem, stops, u, task.on_stop[queued])
+                        u[j, c] = starts.base[row, j, c] + stops.unit * starts.directions[queued % each, j, c]
+                        u[j, c] += starts.offset[row] * starts.aside[row, j, c]
+                if starts.on_stop[queued] != 0:
+                    start_lane_on_stop(column.group, lane, model.forced.free, stops, u, starts.on_stop[queued])
                 else:
-                    start_lane(column.group, lane, model.problem, stops, u)
+                    start_lane(column.group, lane, model.forced.free, stops, u)
             if model.blocks.verifiable:
                 if not inherits:
                     forget_error(column.tangents.errors, lane)
-                begin_error(model.problem.frequency, column.tangents.errors, lane)
+                begin_error(model.forced.free.frequency, column.tangents.errors, lane)
                 watch_passages(column.group, column.tangents.errors, lane)
             begin_record(column.records, lane, queued, k, task, model.blocks.verifiable)
             queued += 1
@@ -176,12 +175,12 @@ def _inherits_error(column: Column, before: int) -> bool:
 
 @kernel
 def _start_at_final_state(column: Column, lane: int, stops: Stops, rested: bool) -> None:
-    """Start at the state column.u in which another trajectory ended, moved onto the stop where it is beyond it.
+    """Start at the state column.run.u in which another trajectory ended, moved onto the stop where it is beyond it.
 
     The contact bounces off that stop at once if it moves into it, or rests on it if it was at rest (`rested`). u is
     overwritten.
     """
-    problem, group, u = record_of(column.models, lane).problem, column.group, column.u
+    problem, group, u = record_of(column.models, lane).forced.free, column.group, column.run.u
     stop = put_between_stops(problem, stops, u, rested)
     if stop == 0:
         start_lane(group, lane, problem, stops, u)
@@ -190,7 +189,7 @@ def _start_at_final_state(column: Column, lane: int, stops: Stops, rested: bool)
 
 
 @kernel
-def _run_half(masses: Masses, column: Column, separate: TablesPerLane, k: int, used: int) -> None:
+def _run_half(engine: Engine, column: Column, k: int, used: int) -> None:
     """Carry the lanes in use, and the small changes along them, over the half period k; enter them into the history."""
     group, records = column.group, column.records
     empty_full_events(column, k, used)
@@ -199,14 +198,14 @@ def _run_half(masses: Masses, column: Column, separate: TablesPerLane, k: int, u
     carries = column.task.early or column.task.growth_halves > 0
     if carries:
         save_lane_starts(group, column.tangents, used)
-    run_half(masses, column.models, separate, group, k, used, column.u, column.work)
+    run_half(engine, k, used)
     if carries:
         count_impacts(group, column.tangents, used)
-        carry_changes(column.models, separate, group, column.tangents, k, column.task.growth_skipped, used)
+        carry_changes(engine, column.tangents, k, column.task.growth_skipped, used)
     sizes, tally = records.sizes, group.tally
     for lane in range(used):
-        sizes[lane, lane_state.FOLLOWED_IMPACTS] += tally[workspace.FOLLOWED, lane]
-        sizes[lane, lane_state.COUNTED_IMPACTS] += counted(lane_stops(group, lane), tally[workspace.FOLLOWED, lane])
+        sizes[lane, lane_state.FOLLOWED_IMPACTS] += tally[runs.FOLLOWED, lane]
+        sizes[lane, lane_state.COUNTED_IMPACTS] += counted(lane_stops(group, lane), tally[runs.FOLLOWED, lane])
     _enter_history(column.history, k + 1, group, used)
 
 
@@ -223,24 +222,24 @@ def _enter_history(history: StroboscopicHistory, k: int, group: Lanes, used: int
         for lane in range(min(used, LANES)):
             states[row, c, lane] = sign * even[c * LANES + lane]
     for lane in range(min(used, LANES)):
-        impacts[row, first, lane] = tally[workspace.RIGHT_IMPACTS, lane]
-        impacts[row, 1 - first, lane] = tally[workspace.LEFT_IMPACTS, lane]
-        held[row, first, lane] = tally[workspace.HELD_RIGHT, lane]
-        held[row, 1 - first, lane] = tally[workspace.HELD_LEFT, lane]
-        least[row, lane] = tally[workspace.MIN_SPEED, lane]
-        unpressed[row, lane] = tally[workspace.MIN_UNPRESSED_SPEED, lane]
-        tally[workspace.RIGHT_IMPACTS, lane] = 0.0
-        tally[workspace.LEFT_IMPACTS, lane] = 0.0
-        tally[workspace.HELD_RIGHT, lane] = 0.0
-        tally[workspace.HELD_LEFT, lane] = 0.0
-        tally[workspace.FOLLOWED, lane] = 0.0
-        tally[workspace.MIN_SPEED, lane] = np.inf
-        tally[workspace.MIN_UNPRESSED_SPEED, lane] = np.inf
-        tally[workspace.MIN_GAP, lane] = np.inf
+        impacts[row, first, lane] = tally[runs.RIGHT_IMPACTS, lane]
+        impacts[row, 1 - first, lane] = tally[runs.LEFT_IMPACTS, lane]
+        held[row, first, lane] = tally[runs.HELD_RIGHT, lane]
+        held[row, 1 - first, lane] = tally[runs.HELD_LEFT, lane]
+        least[row, lane] = tally[runs.MIN_SPEED, lane]
+        unpressed[row, lane] = tally[runs.MIN_UNPRESSED_SPEED, lane]
+        tally[runs.RIGHT_IMPACTS, lane] = 0.0
+        tally[runs.LEFT_IMPACTS, lane] = 0.0
+        tally[runs.HELD_RIGHT, lane] = 0.0
+        tally[runs.HELD_LEFT, lane] = 0.0
+        tally[runs.FOLLOWED, lane] = 0.0
+        tally[runs.MIN_SPEED, lane] = np.inf
+        tally[runs.MIN_UNPRESSED_SPEED, lane] = np.inf
+        tally[runs.MIN_GAP, lane] = np.inf
 
 
 @kernel
-def _find_returns(column: Column, separate: TablesPerLane, k: int, used: int) -> None:
+def _find_returns(engine: Engine, column: Column, k: int, used: int) -> None:
     """Find the minimum number of half periods after which every lane has returned, in column.returns."""
     counts, sizes, unit = column.records.counts, column.records.sizes, column.group.unit
     bound, relevant, entered, mirrored = (
@@ -255,7 +254,7 @@ def _find_returns(column: Column, separate: TablesPerLane, k: int, used: int) ->
         relevant[lane] = CLOSING_GOAL * unit[lane]
         mirrored[lane] = column.group.symmetric[lane]
         entered[lane] = k - counts[lane, lane_state.STARTED]
-    scale = table_of(separate, OF_GROUP, column.models).displacement_scale
+    scale = table_of(engine.separate, OF_GROUP, engine.models).displacement_scale
     nearest_returns(scale, column.history, k, 2 * column.task.max_period, column.returns, used)
 
 
@@ -263,12 +262,12 @@ def _find_returns(column: Column, separate: TablesPerLane, k: int, used: int) ->
 def _is_due(column: Column, lane: int, k: int, check: bool) -> bool:
     """Return whether a lane is to be classified after k half periods; `check`: returns were looked for."""
     counts, group = column.records.counts, column.group
-    if k >= counts[lane, lane_state.DEADLINE] or group.status[lane] != workspace.OK:
+    if k >= counts[lane, lane_state.DEADLINE] or group.status[lane] != runs.OK:
         return True
     if counts[lane, lane_state.STATE] != lane_state.SETTLING and counts[lane, lane_state.STATE] != lane_state.GROWING:
         return False
     returns = check and column.returns.length[lane] > 0.0
-    problem = record_of(column.models, lane).problem
+    problem = record_of(column.models, lane).forced.free
     free = column.task.early and group.reach[lane] < free_reach(problem, lane_stops(group, lane))
     budget_spent: bool = column.records.sizes[lane, lane_state.COUNTED_IMPACTS] > SETTLING_IMPACTS
     return returns or free or budget_spent
@@ -278,7 +277,7 @@ def _is_due(column: Column, lane: int, k: int, check: bool) -> bool:
 def _keep_final_state(column: Column, lane: int) -> int:
     """Keep the state in which a trajectory of a sweep ended, if it has one. Returns how it ended."""
     group, final = column.group, column.final_state
-    if group.status[lane] != workspace.OK:
+    if group.status[lane] != runs.OK:
         return ENDED_EARLY
     for j in range(final.shape[0]):
         final[j, 0] = group.even[2 * j * LANES + lane]
@@ -298,7 +297,7 @@ def _finish(column: Column, lane: int, k: int) -> None:
 
 
 @kernel
-def _move_to_first_lanes(column: Column, separate: TablesPerLane, k: int, used: int) -> None:
+def _move_to_first_lanes(engine: Engine, column: Column, k: int, used: int) -> None:
     """Move the last trajectories to the first lanes that are out of use, until no such lane is before one in use.
 
     k half periods are done.
@@ -312,7 +311,7 @@ def _move_to_first_lanes(column: Column, separate: TablesPerLane, k: int, used: 
             source -= 1
         if target >= source:
             break
-        begin_separate(column.models, separate, target, counts[source, lane_state.TRAJECTORY])
+        begin_separate(engine.models, engine.separate, target, counts[source, lane_state.TRAJECTORY])
         _move_lane(column.group, source, target)
         _move_history(column.history, k, k - counts[source, lane_state.STARTED], source, target)
         clear_lane(column.group, source)
@@ -339,7 +338,7 @@ def _move_lane(group: Lanes, source: int, target: int) -> None:
     copy_vector(group.near[target], group.near[source])
     copy_matrix(group.resting[target], group.resting[source])
     copy_vector(group.since[target], group.since[source])
-    for row in range(min(group.cursor[source, workspace.EVENT_COUNT], group.events.shape[1])):
+    for row in range(min(group.cursor[source, runs.EVENT_COUNT], group.events.shape[1])):
         copy_vector(group.events[target, row], group.events[source, row])
 
 

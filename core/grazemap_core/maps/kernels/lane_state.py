@@ -77,8 +77,8 @@ class LaneRecords(NamedTuple):
     """(LANES, SIZES) Other numbers, by the columns above."""
 
 
-class ColumnTask(NamedTuple):
-    """Trajectories of a column, and how long they run."""
+class ColumnStarts(NamedTuple):
+    """Where the trajectories of a column begin: at s states for each of n stops."""
 
     stops: Floats
     """(n, fields of Stops) The stops; trajectory i has those number i // s, with the unit b."""
@@ -93,6 +93,13 @@ class ColumnTask(NamedTuple):
     on_stop: Integers
     """(n s,) Stop on which each trajectory starts without moving into it, +1 right or -1 left; 0: it starts between the
     stops."""
+
+
+class ColumnTask(NamedTuple):
+    """Trajectories of a column, and how long they run."""
+
+    starts: ColumnStarts
+    """Where they begin."""
     max_periods: int
     """Forcing periods that a trajectory runs at most."""
     max_period: int
@@ -138,7 +145,7 @@ def lane_records() -> LaneRecords:
 
 @kernel
 def stops_in_row(table: Floats, row: int) -> Stops:
-    """Return the stops in a row of `ColumnTask.stops`."""
+    """Return the stops in a row of `ColumnStarts.stops`."""
     return Stops(
         table[row, 0],
         table[row, 1],

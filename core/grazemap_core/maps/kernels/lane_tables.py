@@ -12,8 +12,8 @@ import numpy as np
 from numba import njit
 
 from grazemap_core.arrays import Floats
-from grazemap_core.contact.kernels.cells import CellProblem
-from grazemap_core.contact.kernels.sticking_flow import HeldProblem, rotated_entry
+from grazemap_core.contact.kernels.cells import CellProblem, Forced
+from grazemap_core.contact.kernels.sticking_flow import rotated_entry
 from grazemap_core.maps.tolerances import LANE_DEGREE
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
@@ -85,10 +85,8 @@ class LaneTables(NamedTuple):
 class LaneModel(NamedTuple):
     """One oscillator at one forcing frequency."""
 
-    problem: CellProblem
-    """The oscillator with the contact free."""
-    held: HeldProblem
-    """The oscillator with the contact at rest on a stop."""
+    forced: Forced
+    """The oscillator for the kernels of a single trajectory."""
     tables: LaneTables
     """Tables for the lockstep kernels."""
     blocks: ImpulseBlocks
@@ -154,8 +152,9 @@ def _change_series(problem: CellProblem) -> Floats:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def lane_tables(problem: CellProblem, viscous_term: float) -> LaneTables:
-    """Return the tables of an oscillator at one forcing frequency; `viscous_term` is that of `HeldProblem`."""
+def lane_tables(forced: Forced) -> LaneTables:
+    """Return the tables of an oscillator at one forcing frequency."""
+    problem = forced.free
     blocks = problem.decay.shape[0]
     half = 0.5 * problem.step
     quartic = problem.step**4 / HERMITE_DIVISOR
@@ -196,7 +195,9 @@ def lane_tables(problem: CellProblem, viscous_term: float) -> LaneTables:
             response[n] -= response[n + 1]
     forcing, steady_table = _steady_tables(problem)
     of_steady = problem.steady_bound, problem.steady_fourth * quartic
-    scalars = np.array([problem.step, viscous_term, of_steady[0], of_steady[1], impulse_reach, impulse_fourth])
+    scalars = np.array(
+        [problem.step, forced.held.viscous_term, of_steady[0], of_steady[1], impulse_reach, impulse_fourth]
+    )
     return LaneTables(
         problem.cell_flow.copy().reshape(-1),
         problem.output_row.copy().reshape(-1),

@@ -20,8 +20,7 @@ import numpy as np
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.codes import GROWTH_UNDECIDED
 from grazemap_core.contact.kernels.cells import CellProblem
-from grazemap_core.contact.kernels.stops import Stops, restitution_of
-from grazemap_core.contact.kernels.workspace import (
+from grazemap_core.contact.kernels.runs import (
     EVENT_COUNT,
     HELD_LEFT,
     HELD_RIGHT,
@@ -29,9 +28,10 @@ from grazemap_core.contact.kernels.workspace import (
     STOP,
     TIME,
     VELOCITY,
-    Workspace,
-    workspace,
+    Run,
+    new_run,
 )
+from grazemap_core.contact.kernels.stops import Stops, restitution_of
 from grazemap_core.maps.kernels.lane_errors import (
     LaneErrors,
     begin_change,
@@ -44,8 +44,8 @@ from grazemap_core.maps.kernels.lane_errors import (
     steepest_impact,
 )
 from grazemap_core.maps.kernels.lane_tables import LANES, LaneModel
-from grazemap_core.maps.kernels.lockstep import EVENT_ACCELERATION, FREE, Lanes, lane_stops
-from grazemap_core.maps.kernels.separate_tables import LaneModels, TablesPerLane
+from grazemap_core.maps.kernels.lockstep import EVENT_ACCELERATION, FREE, Engine, Lanes, lane_stops
+from grazemap_core.maps.kernels.separate_tables import LaneModels
 from grazemap_core.maps.kernels.tangent_batches import (
     BATCH,
     REMAINDER,
@@ -118,16 +118,17 @@ class LaneTangents(NamedTuple):
     """`lockstep.Lanes.since` at the start of the half period."""
     batch: TangentBatch
     """Scratch of a batch of lanes."""
-    state: Floats
-    """(N, 2) Scratch."""
     scratch: lyapunov.Tangents
     """Scratch for the changes along a lane alone."""
-    work: Workspace
+    run: Run
     """Scratch for a lane alone."""
 
 
-def lane_tangents(masses: int, halves: int) -> LaneTangents:
-    """Return arrays for changes along lanes, none of which has any, and for growth over `halves` half periods."""
+def lane_tangents(masses: int, harmonics: int, halves: int) -> LaneTangents:
+    """Return arrays for changes along lanes, none of which has any, and for growth over `halves` half periods.
+
+    The oscillator has so many masses and harmonics of the forces.
+    """
     size = 2 * masses
     return LaneTangents(
         carried=np.zeros(LANES, dtype=np.int64),
@@ -147,9 +148,8 @@ def lane_tangents(masses: int, halves: int) -> LaneTangents:
         resting=np.zeros((LANES, masses - 1, 2)),
         since=np.zeros((LANES, 2)),
         batch=tangent_batch(masses),
-        state=np.zeros((masses, 2)),
         scratch=lyapunov.tangents(masses, (halves + 1) // 2),
-        work=workspace(masses, SCALAR_EVENTS),
+        run=new_run(masses, harmonics, SCALAR_EVENTS),
     )
 
 
@@ -220,15 +220,15 @@ def _carry_through_impacts(
 @kernel
 def _carry_again(model: LaneModel, tangents: LaneTangents, lane: int, stops: Stops, half: int, columns: Floats) -> int:
     """Run a half period of one lane again, with its tangents. Returns the status of `tangent.run_half_linearised`."""
-    held, work, u = model.held, tangents.work, tangents.state
+    run, u = tangents.run, tangents.run.u
     for j in range(u.shape[0]):
         for c in range(2):
             u[j, c] = tangents.even[(2 * j + c) * LANES + lane]
-    copy_vector(work.cursor, tangents.cursor[lane])
-    copy_vector(work.near[:3], tangents.near[lane])
-    copy_matrix(held.state, tangents.resting[lane])
-    copy_vector(held.since, tangents.since[lane])
-    return run_half_linearised(model.problem, held, stops, u, half, work, columns, tangents.scratch.began)
+    copy_vector(run.cursor, tangents.cursor[lane])
+    copy_vector(run.near[:3], tangents.near[lane])
+    copy_matrix(run.held.state, tangents.resting[lane])
+    copy_vector(run.held.since, tangents.since[lane])
+    return run_half_linearised(model.forced, stops, run, half, columns, tangents.scratch.began)
 
 
 @kernel
@@ -236,13 +236,13 @@ def _carry_alone(
     model: LaneModel, group: Lanes, tangents: LaneTangents, lane: int, half: int, columns: Floats, elapsed: float
 ) -> int:
     """Propagate changes to the end of a half period of one lane. Returns a status as `tangent.run_half_linearised`."""
-    problem, impacts, first = model.problem, tangents.impacts[lane], tangents.cursor[lane, EVENT_COUNT]
+    problem, impacts, first = model.forced.free, tangents.impacts[lane], tangents.cursor[lane, EVENT_COUNT]
     if elapsed > 0.0:
         flow_tangent(problem.decay, problem.discriminant, problem.frequency_squared, elapsed, columns)
     if impacts == NOT_ALL:
         return _carry_again(model, tangents, lane, lane_stops(group, lane), half, columns)
     stops, events = lane_stops(group, lane), group.events[lane]
-    _carry_through_impacts(problem, stops, events, first, first + impacts, model.held.viscous_term, columns)
+    _carry_through_impacts(problem, stops, events, first, first + impacts, model.forced.held.viscous_term, columns)
     return OK
 
 
@@ -334,15 +334,7 @@ def _begin_pair(problem: CellProblem, tangents: LaneTangents, lane: int) -> None
 
 
 @kernel
-def carry_changes(
-    models: LaneModels,
-    separate: TablesPerLane,
-    group: Lanes,
-    tangents: LaneTangents,
-    half: int,
-    skipped: int,
-    used: int,
-) -> None:
+def carry_changes(engine: Engine, tangents: LaneTangents, half: int, skipped: int, used: int) -> None:
     """Propagate changes along the half period since `save_lane_starts`, and the errors, after `count_impacts`.
 
     Parameters
@@ -352,6 +344,7 @@ def carry_changes(
     skipped : int
         Half periods at the start of a measurement of growth that do not count.
     """
+    models, group = engine.models, engine.group
     carried, errors, status = tangents.carried, tangents.errors, group.status
     for lane in range(used):
         if status[lane] != OK:
@@ -373,23 +366,17 @@ def carry_changes(
         else:
             wanted[lane] = 0
     if pairs > 0:
-        _carry_lanes((0, 0), models, separate, group, tangents, half, skipped, used)
+        _carry_lanes((0, 0), engine, tangents, half, skipped, used)
     if singles > 0:
-        _carry_lanes((0,), models, separate, group, tangents, half, skipped, used)
+        _carry_lanes((0,), engine, tangents, half, skipped, used)
 
 
 @kernel
 def _carry_lanes(
-    columns: tuple[int, ...],
-    models: LaneModels,
-    separate: TablesPerLane,
-    group: Lanes,
-    tangents: LaneTangents,
-    half: int,
-    skipped: int,
-    used: int,
+    columns: tuple[int, ...], engine: Engine, tangents: LaneTangents, half: int, skipped: int, used: int
 ) -> None:
     """Propagate the changes of the lanes that want as many of them as `columns` has entries."""
+    models, group = engine.models, engine.group
     carried, errors, wanted, batch = tangents.carried, tangents.errors, tangents.wanted, tangents.batch
     count = _sort_by_impacts(models, tangents, len(columns), used)
     for lane in range(used):
@@ -399,10 +386,10 @@ def _carry_lanes(
     while begin < count:
         filled = _fill_batch(tangents, begin, count)
         begin += filled
-        carry_batch(columns, batch, filled, group, errors.changes, errors.elapsed, models, separate)
+        carry_batch(columns, engine, batch, filled, errors.changes, errors.elapsed)
         for k in range(filled):
             lane, square, rest = batch.lanes[k], batch.rows[SQUARE * BATCH + k], batch.rows[REMAINDER * BATCH + k]
-            problem = record_of(models, lane).problem
+            problem = record_of(models, lane).forced.free
             if not square > 0.0:
                 square = _make_orthonormal(problem.frequency, tangents, lane)
             elif carried[lane] == FIRST or carried[lane] == PAIR:
@@ -433,10 +420,10 @@ def _carry_by_itself(
             tangents.carried[lane] = LOST
         return
     errors.elapsed[lane] = 0.0
-    square = _make_orthonormal(model.problem.frequency, tangents, lane)
+    square = _make_orthonormal(model.forced.free.frequency, tangents, lane)
     if errors.carried[lane] != 0:
         carry_error(group, errors, lane, square, steepest, steepest)
-    _enter_growth(model.problem, group, tangents, lane, half, skipped)
+    _enter_growth(model.forced.free, group, tangents, lane, half, skipped)
 
 
 @kernel

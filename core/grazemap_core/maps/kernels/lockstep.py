@@ -25,7 +25,7 @@ from __future__ import annotations
 import numpy as np
 
 from grazemap_core.arrays import Floats, Integers, aligned
-from grazemap_core.contact.kernels import workspace
+from grazemap_core.contact.kernels import runs
 from grazemap_core.contact.kernels.cells import (
     CellProblem,
     begin_half_period,
@@ -38,9 +38,9 @@ from grazemap_core.contact.kernels.cells import (
     reference_at_half,
 )
 from grazemap_core.contact.kernels.event_loop import may_rest, run_cell
+from grazemap_core.contact.kernels.runs import Moment, Run
 from grazemap_core.contact.kernels.sticking import rest_in_cell, write_free_state
 from grazemap_core.contact.kernels.stops import Stops, restitution_of
-from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.contact.tolerances import ANCHORED_GAP, CONTACT_ROUNDING
 from grazemap_core.maps.kernels import first_pass, second_pass
 from grazemap_core.maps.kernels.first_pass import (
@@ -53,7 +53,7 @@ from grazemap_core.maps.kernels.first_pass import (
     solve_impacts,
     update_limits,
 )
-from grazemap_core.maps.kernels.lane_tables import HERMITE_DIVISOR, LANES, STEP, LaneModel
+from grazemap_core.maps.kernels.lane_tables import HERMITE_DIVISOR, LANES, STEP
 from grazemap_core.maps.kernels.second_pass import WIDTH
 from grazemap_core.maps.kernels.separate_tables import (
     OF_FIRST_PASS,
@@ -78,9 +78,9 @@ FREE, NEAR, RESTING = 0, 1, 2
 BECOMES_NEAR, BECOMES_FREE = 3, 4
 """Regimes in the second pass over a cell: NEAR, or FREE, at its end."""
 
-EVENT_ACCELERATION = workspace.KIND + 1
+EVENT_ACCELERATION = runs.KIND + 1
 """Column of a lane's events after those of `workspace`: acceleration toward the stop after an impact."""
-LANE_EVENT_COLUMNS = workspace.KIND + 2
+LANE_EVENT_COLUMNS = runs.KIND + 2
 
 
 class Lanes(NamedTuple):
@@ -110,13 +110,13 @@ class Lanes(NamedTuple):
     reach: Floats
     """(LANES,) Bound of |q| for all time to come without impacts."""
     tally: Floats
-    """(TALLY_SIZE, LANES) As in `workspace.Workspace`."""
+    """(TALLY_SIZE, LANES) As in `runs.Run`."""
     regime: Integers
     """(LANES,) FREE between the stops, NEAR a stop that the contact has just left, RESTING on one."""
     cursor: Integers
-    """(LANES, 4) Used for a lane that is not FREE, as in `workspace.Workspace`."""
+    """(LANES, 4) Used for a lane that is not FREE, as in `runs.Run`."""
     near: Floats
-    """(LANES, 3) `Workspace.near` of a lane that is not FREE, without a graze."""
+    """(LANES, 3) `Run.near` of a lane that is not FREE, without a graze."""
     resting: Floats
     """(LANES, N - 1, 2) `sticking_flow.HeldProblem.state` of a lane that is not FREE."""
     since: Floats
@@ -149,6 +149,21 @@ class Lanes(NamedTuple):
     """Scratch."""
     second_pass: LaneBatch
     """Scratch."""
+
+
+class Engine(NamedTuple):
+    """What carries lanes: they, what they share, and scratch."""
+
+    masses: Masses
+    """(N,) Numbers that are not used: to the compiler the length of the tuple is a constant."""
+    models: LaneModels
+    """The oscillator at its frequency, shared by all lanes or of each lane."""
+    separate: TablesPerLane
+    """The tables of lanes that have their own."""
+    group: Lanes
+    """States, regimes, tallies and events of the lanes."""
+    run: Run
+    """Scratch: the trajectory of a lane that goes through a cell by itself, with the lanes' capacity for events."""
 
 
 class CellStep(NamedTuple):
@@ -191,7 +206,7 @@ def lanes(masses: int, events: int = 0) -> Lanes:
         close=aligned(np.zeros(LANES)),
         limit=aligned(np.full(2 * LANES, OUT_OF_REACH)),
         reach=aligned(np.zeros(LANES)),
-        tally=aligned(np.zeros((workspace.TALLY_SIZE, LANES))),
+        tally=aligned(np.zeros((runs.TALLY_SIZE, LANES))),
         regime=np.zeros(LANES, dtype=np.int64),
         cursor=np.zeros((LANES, 4), dtype=np.int64),
         near=np.zeros((LANES, 3)),
@@ -294,11 +309,11 @@ def start_lane(group: Lanes, lane: int, problem: CellProblem, stops: Stops, u: F
     set_state(group, lane, problem, u, plain(0))
     group.regime[lane] = FREE
     group.cursor[lane] = 0
-    group.status[lane] = workspace.OK
+    group.status[lane] = runs.OK
     group.tally[:, lane] = 0.0
-    group.tally[workspace.MIN_SPEED, lane] = np.inf
-    group.tally[workspace.MIN_UNPRESSED_SPEED, lane] = np.inf
-    group.tally[workspace.MIN_GAP, lane] = np.inf
+    group.tally[runs.MIN_SPEED, lane] = np.inf
+    group.tally[runs.MIN_UNPRESSED_SPEED, lane] = np.inf
+    group.tally[runs.MIN_GAP, lane] = np.inf
 
 
 @kernel
@@ -309,40 +324,40 @@ def start_lane_on_stop(group: Lanes, lane: int, problem: CellProblem, stops: Sto
     leaving = max(0.0, -stop * v)
     _, _, acceleration = reference_at(problem, plain(0), 0.0)
     contact_acceleration = stop * contact_acceleration_of(problem, u, acceleration)
-    group.cursor[lane, workspace.ANCHOR] = stop
-    group.cursor[lane, workspace.ZERO_ORDER] = 1 if leaving > 0.0 else 2
-    group.near[lane, workspace.ANCHOR_GAP] = 0.0
-    group.near[lane, workspace.ANCHOR_RATE] = leaving
+    group.cursor[lane, runs.ANCHOR] = stop
+    group.cursor[lane, runs.ZERO_ORDER] = 1 if leaving > 0.0 else 2
+    group.near[lane, runs.ANCHOR_GAP] = 0.0
+    group.near[lane, runs.ANCHOR_RATE] = leaving
     group.regime[lane] = RESTING  # its first cell is computed for this lane alone
     no_limits(group, lane)
     if may_rest(restitution_of(stops, stop), problem.step, contact_acceleration, leaving):
-        group.status[lane] = workspace.AT_STOP
+        group.status[lane] = runs.AT_STOP
 
 
 @inlined
 def _enter_passage(tally: Floats, lane: int, gap: float) -> None:
     """Enter the distance from the stops in a passage without a contact into a lane's tally."""
-    tally[workspace.MIN_GAP, lane] = min(tally[workspace.MIN_GAP, lane], gap)
+    tally[runs.MIN_GAP, lane] = min(tally[runs.MIN_GAP, lane], gap)
 
 
 @inlined
 def _enter_impact(tally: Floats, cursor: Integers, events: Floats, lane: int, half: int, impact: LaneImpact) -> None:
     """Enter an impact into a lane's tally and, up to their capacity, into its events."""
     side, speed, contact_acceleration = impact.side, impact.speed, impact.contact_acceleration
-    tally[workspace.RIGHT_IMPACTS if side > 0.0 else workspace.LEFT_IMPACTS, lane] += 1.0
-    tally[workspace.FOLLOWED, lane] += 1.0
-    tally[workspace.MIN_SPEED, lane] = min(tally[workspace.MIN_SPEED, lane], speed)
+    tally[runs.RIGHT_IMPACTS if side > 0.0 else runs.LEFT_IMPACTS, lane] += 1.0
+    tally[runs.FOLLOWED, lane] += 1.0
+    tally[runs.MIN_SPEED, lane] = min(tally[runs.MIN_SPEED, lane], speed)
     if contact_acceleration <= 0.0:
-        tally[workspace.MIN_UNPRESSED_SPEED, lane] = min(tally[workspace.MIN_UNPRESSED_SPEED, lane], speed)
-    row = cursor[lane, workspace.EVENT_COUNT]
+        tally[runs.MIN_UNPRESSED_SPEED, lane] = min(tally[runs.MIN_UNPRESSED_SPEED, lane], speed)
+    row = cursor[lane, runs.EVENT_COUNT]
     if row < events.shape[1]:
-        events[lane, row, workspace.HALF] = half
-        events[lane, row, workspace.TIME] = impact.time
-        events[lane, row, workspace.STOP] = side
-        events[lane, row, workspace.VELOCITY] = side * speed
-        events[lane, row, workspace.KIND] = workspace.IMPACT
+        events[lane, row, runs.HALF] = half
+        events[lane, row, runs.TIME] = impact.time
+        events[lane, row, runs.STOP] = side
+        events[lane, row, runs.VELOCITY] = side * speed
+        events[lane, row, runs.KIND] = runs.IMPACT
         events[lane, row, EVENT_ACCELERATION] = contact_acceleration
-    cursor[lane, workspace.EVENT_COUNT] = row + 1
+    cursor[lane, runs.EVENT_COUNT] = row + 1
 
 
 @kernel
@@ -372,31 +387,23 @@ def _defer_after_impact(problem: CellProblem, group: Lanes, k: int, u: Floats, s
         group.deferred_state[lane, 2 * j + 1] = u[j, 1]
     leaving = rows[second_pass.RATE * WIDTH + k] / (0.5 * problem.step)
     group.deferred_offset[lane] = problem.step - left
-    group.cursor[lane, workspace.ANCHOR] = 1 if rows[second_pass.SIDE * WIDTH + k] > 0.0 else -1
-    group.cursor[lane, workspace.ZERO_ORDER] = 1 if leaving > 0.0 else 2
-    group.near[lane, workspace.ANCHOR_GAP] = 0.0
-    group.near[lane, workspace.ANCHOR_RATE] = leaving
+    group.cursor[lane, runs.ANCHOR] = 1 if rows[second_pass.SIDE * WIDTH + k] > 0.0 else -1
+    group.cursor[lane, runs.ZERO_ORDER] = 1 if leaving > 0.0 else 2
+    group.near[lane, runs.ANCHOR_GAP] = 0.0
+    group.near[lane, runs.ANCHOR_RATE] = leaving
     group.status[lane] = status
     group.deferred[count] = lane
     return count + 1
 
 
 @kernel
-def _run_second_pass(
-    masses: Masses,
-    models: LaneModels,
-    separate: TablesPerLane,
-    group: Lanes,
-    step: CellStep,
-    count: int,
-    u: Floats,
-    deferred: int,
-) -> int:
+def _run_second_pass(engine: Engine, step: CellStep, count: int, deferred: int) -> int:
     """Carry the first `count` lanes of the second pass, whose input is complete, to the end of the cell.
 
     Returns how many lanes are deferred now; `deferred` were before.
     """
-    tables, cell = table_of(separate, OF_SECOND_PASS, models), cell_of_pass(separate, step.cell)
+    masses, models, group = engine.masses, engine.models, engine.group
+    tables, cell = table_of(engine.separate, OF_SECOND_PASS, models), cell_of_pass(engine.separate, step.cell)
     batch, active, rows = group.second_pass, group.active, group.second_pass.rows
     for k in range(WIDTH):
         active[k] = 1 if k < count else 0
@@ -407,7 +414,7 @@ def _run_second_pass(
     computed = (count + VECTOR - 1) // VECTOR * VECTOR
     second_pass.begin_second_pass(masses, tables, cell, batch, computed)
     while True:
-        deferred = _enter_impacts_of_round(models, group, step, count, u, deferred)
+        deferred = _enter_impacts_of_round(engine, step, count, deferred)
         second_pass.certify_clear(tables, batch, computed)
         uncertain = 0
         for k in range(count):
@@ -422,7 +429,7 @@ def _run_second_pass(
             elif rows[second_pass.OUTCOME * WIDTH + k] == second_pass.CONTACT:
                 contacts += 1
             else:
-                deferred = _leave_second_pass(models, group, step, k, u, deferred)
+                deferred = _leave_second_pass(engine, step, k, deferred)
         if contacts == 0:
             break
         second_pass.apply_impacts(masses, tables, batch, computed)
@@ -432,15 +439,14 @@ def _run_second_pass(
 
 
 @kernel
-def _enter_impacts_of_round(
-    models: LaneModels, group: Lanes, step: CellStep, count: int, u: Floats, deferred: int
-) -> int:
+def _enter_impacts_of_round(engine: Engine, step: CellStep, count: int, deferred: int) -> int:
     """Enter the impacts of the last round, and defer the lanes that may come to rest. Returns how many are deferred."""
+    models, group, u = engine.models, engine.group, engine.run.u
     rows, lane_of, active = group.second_pass.rows, group.lane_of, group.active
     tally, cursor, events, half = group.tally, group.cursor, group.events, step.half
     for k in range(count):
         if active[k] != 0 and rows[second_pass.JUMP * WIDTH + k] != 0.0:
-            problem = record_of(models, lane_of[k]).problem
+            problem = record_of(models, lane_of[k]).forced.free
             length = problem.step
             half_cell, cell_start = 0.5 * length, length * (step.cell % (problem.cells // 2))
             _enter_passage(tally, lane_of[k], rows[second_pass.LEAST_GAP * WIDTH + k])
@@ -451,31 +457,32 @@ def _enter_impacts_of_round(
             _enter_impact(tally, cursor, events, lane_of[k], half, impact)
             restitution = rows[second_pass.RESTITUTION * WIDTH + k]
             if may_rest(restitution, length, contact_acceleration, restitution * speed):
-                deferred = _defer_after_impact(problem, group, k, u, plain(workspace.AT_STOP), deferred)
+                deferred = _defer_after_impact(problem, group, k, u, plain(runs.AT_STOP), deferred)
                 active[k] = 0
     return deferred
 
 
 @kernel
-def _leave_second_pass(models: LaneModels, group: Lanes, step: CellStep, k: int, u: Floats, deferred: int) -> int:
+def _leave_second_pass(engine: Engine, step: CellStep, k: int, deferred: int) -> int:
     """Remove lane k from the second pass: at the end of the cell if that is clear, otherwise deferred.
 
     Returns how many lanes are deferred now.
     """
+    group, u = engine.group, engine.run.u
     rows, lane, near, regime = group.second_pass.rows, group.lane_of[k], group.near, group.regime
-    problem, on_stop = record_of(models, lane).problem, rows[second_pass.ON_STOP * WIDTH + k] > 0.0
+    problem, on_stop = record_of(engine.models, lane).forced.free, rows[second_pass.ON_STOP * WIDTH + k] > 0.0
     group.active[k] = 0
     if rows[second_pass.OUTCOME * WIDTH + k] != second_pass.CLEAR:
         if on_stop:
-            return _defer_after_impact(problem, group, k, u, plain(workspace.OK), deferred)
+            return _defer_after_impact(problem, group, k, u, plain(runs.OK), deferred)
         return _defer_cell(group, lane, deferred, step.here)
     _enter_passage(group.tally, lane, rows[second_pass.LEAST_GAP * WIDTH + k])
     stays = False
     if on_stop or regime[lane] == NEAR:
         length, half_cell = problem.step, 0.5 * problem.step
         gap, rate = rows[second_pass.END_GAP * WIDTH + k], rows[second_pass.END_RATE * WIDTH + k]
-        near[lane, workspace.ANCHOR_GAP] = gap
-        near[lane, workspace.ANCHOR_RATE] = rate
+        near[lane, runs.ANCHOR_GAP] = gap
+        near[lane, runs.ANCHOR_RATE] = rate
         # the contact is close to the stop, and the parabola through both rates returns to it within the next cell
         origin = rows[second_pass.ORIGIN * WIDTH + k]
         second_derivative = 0.5 * (rate - rows[second_pass.RATE * WIDTH + k] / half_cell) / (half_cell * (1.0 - origin))
@@ -501,28 +508,27 @@ def _write_second_pass(group: Lanes, step: CellStep, count: int, states: int) ->
         if regime[lane] == BECOMES_NEAR:
             regime[lane] = NEAR
             no_limits(group, lane)
-            cursor[lane, workspace.ANCHOR] = 1 if rows[second_pass.SIDE * WIDTH + k] > 0.0 else -1
-            cursor[lane, workspace.ZERO_ORDER] = 0
+            cursor[lane, runs.ANCHOR] = 1 if rows[second_pass.SIDE * WIDTH + k] > 0.0 else -1
+            cursor[lane, runs.ZERO_ORDER] = 0
         else:
             regime[lane] = FREE
             set_limits(limit, gap, lane, rows[second_pass.END_LOSS * WIDTH + k] + group.close[lane])
-            cursor[lane, workspace.ANCHOR] = 0
+            cursor[lane, runs.ANCHOR] = 0
 
 
 @kernel
-def _solve_flagged(
-    masses: Masses, models: LaneModels, separate: TablesPerLane, group: Lanes, step: CellStep, used: int, u: Floats
-) -> int:
+def _solve_flagged(engine: Engine, step: CellStep, used: int) -> int:
     """Compute the cell again for the flagged lanes. Returns how many of them are deferred."""
+    models, group = engine.models, engine.group
     flagged, not_free, regime, lane_of = group.flagged, group.not_free, group.regime, group.lane_of
     gap, restitution, unit, close, limit = group.gap, group.restitution, group.unit, group.close, group.limit
     here, there = step.here, step.there
     tally, cursor, events, half = group.tally, group.cursor, group.events, step.half
     rows, end = group.first_pass.rows, group.first_pass.end
     second, start = group.second_pass.rows, group.second_pass.start
-    states, place = 2 * len(masses), step.cell % (models.shared.problem.cells // 2)
-    steps = lane_row(table_of(separate, OF_GROUP, models).scalars, STEP, LANES)
-    free, others = _solve_free(masses, models, separate, group, step, used)
+    states, place = 2 * len(engine.masses), step.cell % (models.shared.forced.free.cells // 2)
+    steps = lane_row(table_of(engine.separate, OF_GROUP, models).scalars, STEP, LANES)
+    free, others = _solve_free(engine, step, used)
     # typed explicitly: `_run_second_pass` would be compiled again for each literal 0
     filled = int(np.int64(0))
     deferred = int(np.int64(0))
@@ -558,26 +564,25 @@ def _solve_flagged(
             start[c * WIDTH + filled] = here[c * LANES + lane]
         filled += 1
         if filled == WIDTH:
-            deferred = _run_second_pass(masses, models, separate, group, step, filled, u, deferred)
+            deferred = _run_second_pass(engine, step, filled, deferred)
             filled = int(np.int64(0))
     if filled > 0:
-        deferred = _run_second_pass(masses, models, separate, group, step, filled, u, deferred)
+        deferred = _run_second_pass(engine, step, filled, deferred)
     return deferred
 
 
 @kernel
-def _solve_free(
-    masses: Masses, models: LaneModels, separate: TablesPerLane, group: Lanes, step: CellStep, used: int
-) -> tuple[int, int]:
+def _solve_free(engine: Engine, step: CellStep, used: int) -> tuple[int, int]:
     """Find the impacts of the flagged lanes that are FREE.
 
     Returns how many flagged lanes are FREE, which come first in group.flagged, and how many are in group.not_free. A
     FREE lane needs a second pass unless its OUTCOME is NO_IMPACT or SINGLE_IMPACT.
     """
+    masses, models, group = engine.masses, engine.models, engine.group
     flags, flagged, not_free, regime = group.flags, group.flagged, group.not_free, group.regime
     start, rows, here = group.first_pass.start, group.first_pass.rows, step.here
     gap, restitution, unit = group.gap, group.restitution, group.unit
-    states, tables = 2 * len(masses), table_of(separate, OF_FIRST_PASS, models)
+    states, tables = 2 * len(masses), table_of(engine.separate, OF_FIRST_PASS, models)
     count = 0
     for lane in range(used):
         flagged[count] = lane
@@ -603,7 +608,7 @@ def _solve_free(
         free += 1
     if free > 0:
         computed = (free + VECTOR - 1) // VECTOR * VECTOR
-        solve_impacts(masses, tables, cell_of_pass(separate, step.cell), group.first_pass, computed)
+        solve_impacts(masses, tables, cell_of_pass(engine.separate, step.cell), group.first_pass, computed)
     return free, others
 
 
@@ -641,33 +646,31 @@ def _put_free_lane(rows: Floats, second: Floats, outcome: float, i: int, k: int,
 @inlined
 def _put_near_lane(cursor: Integers, near: Floats, second: Floats, lane: int, k: int, half_cell: float) -> None:
     """Write a lane that is NEAR a stop to lane k of the second pass."""
-    second[second_pass.SIDE * WIDTH + k] = cursor[lane, workspace.ANCHOR]
+    second[second_pass.SIDE * WIDTH + k] = cursor[lane, runs.ANCHOR]
     second[second_pass.ORIGIN * WIDTH + k] = -1.0
-    second[second_pass.GAP * WIDTH + k] = near[lane, workspace.ANCHOR_GAP]
-    second[second_pass.RATE * WIDTH + k] = near[lane, workspace.ANCHOR_RATE] * half_cell
+    second[second_pass.GAP * WIDTH + k] = near[lane, runs.ANCHOR_GAP]
+    second[second_pass.RATE * WIDTH + k] = near[lane, runs.ANCHOR_RATE] * half_cell
     second[second_pass.SPEED * WIDTH + k] = 0.0
     second[second_pass.JUMP * WIDTH + k] = 0.0
 
 
 @kernel
-def _copy_back(
-    model: LaneModel, group: Lanes, lane: int, step: CellStep, u: Floats, status: int, work: Workspace
-) -> None:
-    """Copy the state u (N, 2) and the regime in work, at the end of a cell, to a lane."""
-    problem, held, there = model.problem, model.held, step.there
+def _copy_back(problem: CellProblem, engine: Engine, lane: int, step: CellStep, status: int) -> None:
+    """Copy the state and the regime of the run, at the end of a cell, to a lane."""
+    group, run, u, there = engine.group, engine.run, engine.run.u, step.there
     blocks, boundary = u.shape[0], step.cell + 1
     group.status[lane] = status
-    if status != workspace.OK:
+    if status != runs.OK:
         clear_lane(group, lane)
         return
-    resting = work.cursor[workspace.HELD] != 0
-    copy_vector(group.cursor[lane], work.cursor)
-    copy_vector(group.near[lane], work.near)
-    copy_vector(group.tally[:, lane], work.tally)
-    group.regime[lane] = RESTING if resting else (NEAR if work.cursor[workspace.ANCHOR] != 0 else FREE)
+    resting = run.cursor[runs.HELD] != 0
+    copy_vector(group.cursor[lane], run.cursor)
+    copy_vector(group.near[lane], run.near)
+    copy_vector(group.tally[:, lane], run.tally)
+    group.regime[lane] = RESTING if resting else (NEAR if run.cursor[runs.ANCHOR] != 0 else FREE)
     if resting:
-        copy_matrix(group.resting[lane], held.state)
-        copy_vector(group.since[lane], held.since)
+        copy_matrix(group.resting[lane], run.held.state)
+        copy_vector(group.since[lane], run.held.since)
     x, v = contact_motion(problem, u, problem.steady_table[boundary, 0], problem.steady_table[boundary, 1])
     for j in range(blocks):
         there[2 * j * LANES + lane] = u[j, 0]
@@ -680,95 +683,77 @@ def _copy_back(
 
 
 @kernel
-def _run_by_itself(model: LaneModel, group: Lanes, lane: int, step: CellStep, u: Floats, work: Workspace) -> None:
-    """Carry one deferred lane to the end of a cell; u (N, 2) is scratch."""
-    problem, held, cell, half = model.problem, model.held, step.cell, step.half
+def _run_by_itself(engine: Engine, lane: int, step: CellStep) -> None:
+    """Carry one deferred lane to the end of a cell."""
+    forced, group, run, u = record_of(engine.models, lane).forced, engine.group, engine.run, engine.run.u
+    problem, cell, half = forced.free, step.cell, step.half
     blocks = u.shape[0]
     stops, offset = lane_stops(group, lane), group.deferred_offset[lane]
     for j in range(blocks):
         u[j, 0] = group.deferred_state[lane, 2 * j]
         u[j, 1] = group.deferred_state[lane, 2 * j + 1]
-    copy_vector(work.cursor, group.cursor[lane])
-    copy_vector(work.near[:3], group.near[lane])
-    copy_vector(work.tally, group.tally[:, lane])
-    if work.cursor[workspace.HELD] != 0:
+    copy_vector(run.cursor, group.cursor[lane])
+    copy_vector(run.near[:3], group.near[lane])
+    copy_vector(run.tally, group.tally[:, lane])
+    if run.cursor[runs.HELD] != 0:
         group.mixed[lane] = 1
-        copy_matrix(held.state, group.resting[lane])
-        copy_vector(held.since, group.since[lane])
+        copy_matrix(run.held.state, group.resting[lane])
+        copy_vector(run.held.since, group.since[lane])
     capacity = group.events.shape[1]
-    before = work.cursor[workspace.EVENT_COUNT]
+    before = run.cursor[runs.EVENT_COUNT]
     seen = max(before - 1, 0)  # a rest changes the kind of the impact that led to it
     if seen < capacity:
-        for c in range(workspace.KIND + 1):
-            work.events[seen, c] = group.events[lane, seen, c]
-    status = workspace.AT_STOP
-    if group.status[lane] == workspace.AT_STOP:
-        work.near[workspace.CELL_OFFSET] = offset
+        for c in range(runs.KIND + 1):
+            run.events[seen, c] = group.events[lane, seen, c]
+    status = runs.AT_STOP
+    if group.status[lane] == runs.AT_STOP:
+        run.near[runs.CELL_OFFSET] = offset
     else:
-        status = run_cell(problem, stops, u, cell, offset, half, work)
-    if status == workspace.AT_STOP:
-        status = rest_in_cell(problem, held, stops, u, cell, half, work)
-    if work.cursor[workspace.HELD] != 0:
+        status = run_cell(problem, stops, run, Moment(cell, offset, half))
+    if status == runs.AT_STOP:
+        status = rest_in_cell(forced, stops, run, cell, half)
+    if run.cursor[runs.HELD] != 0:
         group.mixed[lane] = 1
-    for row in range(seen, min(work.cursor[workspace.EVENT_COUNT], capacity)):
-        for c in range(workspace.KIND + 1):
-            group.events[lane, row, c] = work.events[row, c]
+    for row in range(seen, min(run.cursor[runs.EVENT_COUNT], capacity)):
+        for c in range(runs.KIND + 1):
+            group.events[lane, row, c] = run.events[row, c]
         if row < before:
             continue
-        kind, velocity = work.events[row, workspace.KIND], work.events[row, workspace.VELOCITY]
-        if kind != workspace.IMPACT or velocity == 0.0:
+        kind, velocity = run.events[row, runs.KIND], run.events[row, runs.VELOCITY]
+        if kind != runs.IMPACT or velocity == 0.0:
             group.mixed[lane] = 1
-        if kind == workspace.IMPACT:
-            after = work.events[row, workspace.EVENT_COLUMNS :].reshape(u.shape)
-            first_cell, time = half % 2 * (problem.cells // 2), work.events[row, workspace.TIME]
+        if kind == runs.IMPACT:
+            after = run.events[row, runs.EVENT_COLUMNS :].reshape(u.shape)
+            first_cell, time = half % 2 * (problem.cells // 2), run.events[row, runs.TIME]
             _, _, acceleration = reference_at(problem, first_cell, time)
-            contact_acceleration = work.events[row, workspace.STOP] * contact_acceleration_of(
-                problem, after, acceleration
-            )
+            contact_acceleration = run.events[row, runs.STOP] * contact_acceleration_of(problem, after, acceleration)
             group.events[lane, row, EVENT_ACCELERATION] = contact_acceleration
     if (
-        status == workspace.OK
-        and work.cursor[workspace.HELD] != 0
+        status == runs.OK
+        and run.cursor[runs.HELD] != 0
         and (cell + 1 == problem.cells or cell + 1 == problem.cells // 2)
     ):
-        write_free_state(problem, held, stops, u, cell + 1, 0.0, work)
+        write_free_state(forced, stops, run, cell + 1, 0.0)
         begin_half_period(problem, u, half)  # back from the reference motion of the next half period
-    _copy_back(model, group, lane, step, u, status, work)
+    _copy_back(problem, engine, lane, step, status)
 
 
 @kernel
-def run_half(
-    masses: Masses,
-    models: LaneModels,
-    separate: TablesPerLane,
-    group: Lanes,
-    half: int,
-    used: int,
-    u: Floats,
-    work: Workspace,
-) -> None:
-    """Carry the first `used` lanes over half a forcing period.
+def run_half(engine: Engine, half: int, used: int) -> None:
+    """Carry the first `used` lanes over half a forcing period, in place.
+
+    `group.even` has their states from the start of the half period to its end.
 
     Parameters
     ----------
-    masses : tuple of length N
-        Its entries are not used: to the compiler its length is a constant.
-    models : LaneModels
-        The oscillator at its frequency, shared by all lanes or of each lane.
-    separate : TablesPerLane
-        The tables of lanes that have their own.
-    group : Lanes
-        States, regimes, tallies and events of the lanes; changed in place, `even` from the start of the half period to
-        its end.
     half : int
         Index of the half period; an even one begins at phase 0.
     used : int
         A multiple of LANE_BLOCK.
-    u, work
-        Scratch, (N, 2), and with the lanes' capacity for events; overwritten.
     """
+    masses, models, separate, group, u = engine.masses, engine.models, engine.separate, engine.group, engine.run.u
     tables = table_of(separate, OF_GROUP, models)
-    cells = models.shared.problem.cells // 2
+    cells = models.shared.forced.free.cells // 2
     first_cell = (half % 2) * cells
     here, there, mixed = group.even, group.odd, group.mixed
     for lane in range(used):
@@ -777,14 +762,13 @@ def run_half(
         # carries all lanes as if there were no contact, and flags those that may have one, whose cell is computed again
         if advance(masses, tables, cell + 1, here, there, group.limit, group.flags, used) > 0:
             step = reference(CellStep(cell, half, here, there))
-            for i in range(_solve_flagged(masses, models, separate, group, step, used, u)):
-                lane = group.deferred[i]
-                _run_by_itself(record_of(models, lane), group, lane, step, u, work)
+            for i in range(_solve_flagged(engine, step, used)):
+                _run_by_itself(engine, group.deferred[i], step)
         here, there = there, here
     if cells % 2 == 1:
         copy_vector(group.even, group.odd)
     # states are relative to a reference motion (`contact.kernels.cells`); with resonant modes each half period has one
-    relative = separate.number > 0 or models.shared.problem.reference_series.shape[0] > 0
+    relative = separate.number > 0 or models.shared.forced.free.reference_series.shape[0] > 0
     if relative:
         _begin_half_period(models, group, half + 1, used)
     update_limits(len(masses), tables, group.even, group.gap, group.close, group.limit, group.reach, used)
@@ -792,7 +776,7 @@ def run_half(
         if group.regime[lane] != FREE:
             no_limits(group, lane)
     for lane in range(used if relative else 0):
-        problem = record_of(models, lane).problem
+        problem = record_of(models, lane).forced.free
         if problem.reference_series.shape[0] == 0:
             continue
         for j in range(u.shape[0]):
@@ -806,7 +790,7 @@ def _begin_half_period(models: LaneModels, group: Lanes, half: int, used: int) -
     """Convert the states of all lanes to the reference motion of a half period, as `cells.begin_half_period`."""
     even, ended = group.even, (half + 1) % 2
     for lane in range(used):
-        half_jump = record_of(models, lane).problem.half_jump
+        half_jump = record_of(models, lane).forced.free.half_jump
         for j in range(half_jump.shape[1]):
             for c in range(2):
                 even[(2 * j + c) * LANES + lane] += half_jump[ended, j, c]

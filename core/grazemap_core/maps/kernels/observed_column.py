@@ -7,12 +7,11 @@ trajectory until they close; others are averaged from there.
 from __future__ import annotations
 
 from grazemap_core.arrays import Floats, Integers
-from grazemap_core.contact.kernels import workspace
-from grazemap_core.contact.kernels.cells import CellProblem, contact_motion, reference_at_half
+from grazemap_core.contact.kernels import runs
+from grazemap_core.contact.kernels.cells import CellProblem, Forced, contact_motion, reference_at_half
+from grazemap_core.contact.kernels.runs import Run
 from grazemap_core.contact.kernels.sticking import put_between_stops, start_on_stop
-from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.maps.kernels.final_states import FinalStates
 from grazemap_core.maps.kernels.lane_state import stops_in_row
 from grazemap_core.numerics.jit.compiled import copy_matrix, kernel, plain
@@ -55,20 +54,17 @@ class ObservedColumn(NamedTuple):
     """Scratch for its outputs."""
     rows: Floats
     """(MAX_ORBIT_IMPACTS, EVENT_COLUMNS + 2 N) Scratch for its events."""
-    u: Floats
-    """(N, 2) Scratch."""
     before: Floats
     """(N, 2) Scratch."""
 
 
 @kernel
 def observe_column(
-    problem: CellProblem,
-    held: HeldProblem,
+    forced: Forced,
     whole: ObservedOutputs,
     partial: ObservedOutputs,
     column: ObservedColumn,
-    work: Workspace,
+    run: Run,
     first: int,
 ) -> int:
     """Write the totals of the trajectories from `first` on.
@@ -81,25 +77,26 @@ def observe_column(
     Returns
     -------
     next : int
-        The number of trajectories; or the one whose half periods have more events than `work`, from which to go on.
+        The number of trajectories; or the one whose half periods have more events than `run`, from which to go on.
     """
-    column = reference(column)
+    forced, column, run = reference(forced), reference(column), reference(run)
+    problem = forced.free
     count = int(column.kinds.shape[0])
     each = count // column.stops.shape[0]
     for i in range(first, count):
         kind = column.kinds[i]
         stops = stops_in_row(column.stops, i // each)
         clear_totals(column.totals)
-        status = workspace.OK
+        status = runs.OK
         if kind in (OF_ORBIT, STEADY_MOTION):
             rows = _write_orbit(problem, stops, column, i, kind)
-            end = (column.rows[0, workspace.HALF] + 2.0 * column.periods[i], column.rows[0, workspace.TIME])
+            end = (column.rows[0, runs.HALF] + 2.0 * column.periods[i], column.rows[0, runs.TIME])
             observe_rows(problem, whole, stops, column.rows[:rows], end, column.totals, column.scratch)
         elif kind != NOT_OBSERVED:
-            status = _simulate(problem, held, partial, stops, column, i, work)
-        if status == workspace.RECORD_FULL:
+            status = _simulate(forced, partial, stops, column, i, run)
+        if status == runs.RECORD_FULL:
             return i
-        if status != workspace.OK:
+        if status != runs.OK:
             column.periods[i] = 0
         copy_matrix(column.contacts[i], column.totals.contacts)
         copy_matrix(column.outputs[i], column.totals.outputs)
@@ -118,42 +115,34 @@ def _write_orbit(problem: CellProblem, stops: Stops, column: ObservedColumn, i: 
 
 
 @kernel
-def _simulate(
-    problem: CellProblem,
-    held: HeldProblem,
-    observed: ObservedOutputs,
-    stops: Stops,
-    column: ObservedColumn,
-    i: int,
-    work: Workspace,
-) -> int:
+def _simulate(forced: Forced, observed: ObservedOutputs, stops: Stops, column: ObservedColumn, i: int, run: Run) -> int:
     """Add a motion that is simulated from the final state of a trajectory to the totals; return a status."""
-    u, final = column.u, column.final
+    u, final = run.u, column.final
     for j in range(u.shape[0]):
         u[j, 0], u[j, 1] = final.states[i, 2 * j], final.states[i, 2 * j + 1]
-    status = _begin(problem, held, stops, u, int(final.resting_stop[i]), work)
-    if status == workspace.OK and column.kinds[i] == CLOSING:
-        period = column.periods[i]
-        status = close_motion(problem, held, stops, u, period, CLOSING_RETURNS, work, column.before)
-    if status != workspace.OK:
+    status = _begin(forced, stops, run, int(final.resting_stop[i]))
+    if status == runs.OK and column.kinds[i] == CLOSING:
+        status = close_motion(forced, stops, run, column.periods[i], CLOSING_RETURNS, column.before)
+    if status != runs.OK:
         return status
     watched = (observed, column.totals, column.scratch)
-    return observe_periods(problem, held, stops, u, column.periods[i], work, watched)
+    return observe_periods(forced, stops, run, column.periods[i], watched)
 
 
 @kernel
-def _begin(problem: CellProblem, held: HeldProblem, stops: Stops, u: Floats, rests: int, work: Workspace) -> int:
-    """Begin a trajectory at a state u (N, 2), at phase 0; a contact that is beyond a stop is put on it."""
-    work.cursor[:] = 0
-    work.near[:] = 0.0
+def _begin(forced: Forced, stops: Stops, run: Run, rests: int) -> int:
+    """Begin a trajectory at the state of a run, at phase 0; a contact that is beyond a stop is put on it."""
+    problem, u = forced.free, run.u
+    run.cursor[:] = 0
+    run.near[:] = 0.0
     if rests != 0:
-        return start_on_stop(problem, held, stops, u, rests, work)
+        return start_on_stop(forced, stops, run, rests)
     stop = put_between_stops(problem, stops, u, rests != 0)
     if stop == 0:
-        return workspace.OK
+        return runs.OK
     _, v = contact_motion(problem, u, *reference_at_half(problem, plain(0)))
     if v == 0.0:
-        return start_on_stop(problem, held, stops, u, stop, work)
-    work.cursor[workspace.ANCHOR], work.cursor[workspace.ZERO_ORDER] = stop, 1
-    work.near[workspace.ANCHOR_RATE] = abs(v)
-    return workspace.OK
+        return start_on_stop(forced, stops, run, stop)
+    run.cursor[runs.ANCHOR], run.cursor[runs.ZERO_ORDER] = stop, 1
+    run.near[runs.ANCHOR_RATE] = abs(v)
+    return runs.OK

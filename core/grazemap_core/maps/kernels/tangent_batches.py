@@ -16,12 +16,12 @@ from __future__ import annotations
 import numpy as np
 
 from grazemap_core.arrays import Floats, Integers, aligned
-from grazemap_core.contact.kernels.workspace import STOP, TIME, VELOCITY
+from grazemap_core.contact.kernels.runs import STOP, TIME, VELOCITY
 from grazemap_core.maps.kernels import lane_tables
 from grazemap_core.maps.kernels.first_pass import VECTOR, four_lane_rows
 from grazemap_core.maps.kernels.lane_tables import BLOCK_NUMBERS, FLOW_DEGREE, LANES, RESPONSE_PARTS, LaneTables
-from grazemap_core.maps.kernels.lockstep import EVENT_ACCELERATION, Lanes
-from grazemap_core.maps.kernels.separate_tables import OF_CHANGES, LaneModels, TablesPerLane, put_in_changes
+from grazemap_core.maps.kernels.lockstep import EVENT_ACCELERATION, Engine
+from grazemap_core.maps.kernels.separate_tables import OF_CHANGES, LaneModels, put_in_changes
 from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, inlined
 from grazemap_core.numerics.jit.lane_values import lane_row, lane_value, record_of, table_of
 from grazemap_core.records import NamedTuple
@@ -313,14 +313,7 @@ def _orthonormalise(
 
 @fused_kernel
 def carry_batch(
-    columns: Columns,
-    batch: TangentBatch,
-    filled: int,
-    group: Lanes,
-    changes: Floats,
-    elapsed: Floats,
-    models: LaneModels,
-    separate: TablesPerLane,
+    columns: Columns, engine: Engine, batch: TangentBatch, filled: int, changes: Floats, elapsed: Floats
 ) -> None:
     """Propagate changes to the last impact of the half period, or to its end without one; make them orthonormal.
 
@@ -328,22 +321,19 @@ def carry_batch(
     ----------
     columns : tuple of length 1 or 2
         Only its length matters: the number of changes of a lane.
+    engine : Engine
+        Events and restitutions of its lanes are read; the block_response of its models is not empty.
     batch : TangentBatch
         Input: `lanes`, `first` and `impacts` of the first `filled` lanes. On return `rows` has SQUARE and, of two
         changes, REMAINDER (-1 for a lane whose changes are not made orthonormal), STEEPEST and SHARPEST.
-    group : Lanes
-        Whose events and restitutions are read.
     changes : (LANES, 2 N, 2)
         In place. A single change is the first column.
     elapsed : (LANES,)
         Time from the moment to which the changes belong to the start of the half period; on return to its end.
-    models : LaneModels
-        Whose block_response is not empty.
-    separate : TablesPerLane
     """
     rows, batched, count, most = batch.rows, batch.changes, len(columns), 0
-    events, restitution = group.events, group.restitution
-    tables, blocks = table_of(separate, OF_CHANGES, models), models.shared.problem.decay.shape[0]
+    models, events, restitution = engine.models, engine.group.events, engine.group.restitution
+    tables, blocks = table_of(engine.separate, OF_CHANGES, models), models.shared.forced.free.decay.shape[0]
     width = min((filled + VECTOR - 1) // VECTOR * VECTOR, BATCH)
     for k in range(width):
         rows[TARGET * BATCH + k], rows[PASSED * BATCH + k], rows[FACTOR * BATCH + k] = 0.0, 0.0, 0.0
@@ -353,7 +343,7 @@ def carry_batch(
         most = max(most, batch.impacts[k])
         rows[PASSED * BATCH + k] = -elapsed[batch.lanes[k]]
         model = record_of(models, batch.lanes[k])
-        rows[END * BATCH + k] = model.problem.step * (model.problem.cells // 2)
+        rows[END * BATCH + k] = model.forced.free.step * (model.forced.free.cells // 2)
         put_in_changes(tables, BATCH, k, model.tables)
         lane_changes = changes[batch.lanes[k]]
         for j in range(blocks):

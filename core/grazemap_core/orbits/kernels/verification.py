@@ -24,10 +24,9 @@ import numpy as np
 
 from grazemap_core import codes
 from grazemap_core.arrays import Floats
-from grazemap_core.contact.kernels import workspace
-from grazemap_core.contact.kernels.cells import CellProblem
+from grazemap_core.contact.kernels import runs
+from grazemap_core.contact.kernels.cells import CellProblem, Forced
 from grazemap_core.contact.kernels.half_period import run_half
-from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.model.kernels.response_sums import ALTERNATING, SAME_SIGN, block_sum
@@ -76,10 +75,8 @@ class ImpulseBlocks(NamedTuple):
 class VerificationScratch(NamedTuple):
     """Scratch of a verification, for up to MAX_VERIFIED_IMPACTS impacts and N blocks."""
 
-    start: Floats
-    """(N, 2) The state from which `guess_from_replay` starts."""
-    replay: workspace.Workspace
-    """Workspace of its simulation."""
+    replay: runs.Run
+    """The run of `guess_from_replay`."""
     sides: Floats
     """(impacts,) Stops of the impacts."""
     guess: Floats
@@ -131,12 +128,11 @@ class Verification(NamedTuple):
     distance from the orbit has to become smaller."""
 
 
-def verification_scratch(blocks: int) -> VerificationScratch:
-    """Return scratch for an oscillator of `blocks` masses."""
+def verification_scratch(blocks: int, harmonics: int) -> VerificationScratch:
+    """Return scratch for an oscillator with so many masses and harmonics of the forces."""
     most = tolerances.MAX_VERIFIED_IMPACTS
     return VerificationScratch(
-        start=np.zeros((blocks, 2)),
-        replay=workspace.workspace(blocks, most),
+        replay=runs.new_run(blocks, harmonics, most),
         sides=np.zeros(most),
         guess=np.zeros((2, most)),
         solution=np.zeros((2, most)),
@@ -184,11 +180,11 @@ def _as_guess(
     unit = unit_of_speeds(problem, stops)
     for i in range(count):
         event = events[first + i]
-        if event[workspace.KIND] != workspace.IMPACT:
+        if event[runs.KIND] != runs.IMPACT:
             return 0
-        scratch.sides[i] = sign * event[workspace.STOP]
-        scratch.guess[0, i] = math.pi * (event[workspace.HALF] - half) + problem.omega * event[workspace.TIME]
-        scratch.guess[1, i] = sign * event[workspace.VELOCITY] / (problem.omega * unit)
+        scratch.sides[i] = sign * event[runs.STOP]
+        scratch.guess[0, i] = math.pi * (event[runs.HALF] - half) + problem.omega * event[runs.TIME]
+        scratch.guess[1, i] = sign * event[runs.VELOCITY] / (problem.omega * unit)
     return count
 
 
@@ -210,7 +206,7 @@ def guess_from_record(
         Events of the trajectory, `rows` in number; complete from half period ``half - length`` on.
     """
     first = rows
-    while first > 0 and events[first - 1, workspace.HALF] >= half - length:
+    while first > 0 and events[first - 1, runs.HALF] >= half - length:
         first -= 1
     # half a period later the forcing has the opposite sign, so the motion is mirrored
     sign = 1.0 if length % 2 == 0 else -1.0
@@ -218,22 +214,20 @@ def guess_from_record(
 
 
 @kernel
-def guess_from_replay(
-    problem: CellProblem, held: HeldProblem, scratch: VerificationScratch, stops: Stops, half: int, length: int
-) -> int:
+def guess_from_replay(forced: Forced, scratch: VerificationScratch, stops: Stops, half: int, length: int) -> int:
     """Simulate the next `length` half periods and write their impacts as a guess; return the number of impacts.
 
-    `scratch.start`, and cursor and near of `scratch.replay`, are the state after `half` half periods, an even number.
-    Phases count from there. The number is 0 where an event is no impact, or there are too many.
+    State and regime of `scratch.replay` are those after `half` half periods, an even number. Phases count from there.
+    The number is 0 where an event is no impact, or there are too many.
     """
-    work = scratch.replay
-    work.cursor[workspace.EVENT_COUNT] = 0
+    run = scratch.replay
+    run.cursor[runs.EVENT_COUNT] = 0
     for k in range(length):
-        if run_half(problem, held, stops, scratch.start, half + k, work) != workspace.OK:
+        if run_half(forced, stops, run, half + k) != runs.OK:
             return 0
-        if work.cursor[workspace.EVENT_COUNT] > scratch.sides.shape[0]:
+        if run.cursor[runs.EVENT_COUNT] > scratch.sides.shape[0]:
             return 0
-    return _as_guess(problem, scratch, stops, work.events, plain(0), work.cursor[workspace.EVENT_COUNT], half, 1.0)
+    return _as_guess(forced.free, scratch, stops, run.events, plain(0), run.cursor[runs.EVENT_COUNT], half, 1.0)
 
 
 @kernel

@@ -14,12 +14,11 @@ import math
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.contact.kernels import workspace
-from grazemap_core.contact.kernels.cells import CellProblem
+from grazemap_core.contact.kernels import runs
+from grazemap_core.contact.kernels.cells import CellProblem, Forced
 from grazemap_core.contact.kernels.half_period import run_half
-from grazemap_core.contact.kernels.sticking_flow import HeldProblem
+from grazemap_core.contact.kernels.runs import Run, write_state
 from grazemap_core.contact.kernels.stops import Stops, gap_of, restitution_of
-from grazemap_core.contact.kernels.workspace import Workspace, write_state
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.model.kernels.response_sums import SAME_SIGN, block_sum
 from grazemap_core.numerics.jit.compiled import copy_matrix, kernel
@@ -81,25 +80,25 @@ def clear_totals(totals: Totals) -> None:
 @kernel
 def _rests(kind: float) -> bool:
     """Return whether the state after an event of this kind is held."""
-    return kind != workspace.IMPACT and kind != workspace.RELEASE and kind != workspace.GRAZE
+    return kind != runs.IMPACT and kind != runs.RELEASE and kind != runs.GRAZE
 
 
 @kernel
 def _add_contact(observed: ObservedOutputs, stops: Stops, row: Floats, totals: Totals, scratch: OutputScratch) -> None:
     """Add an event, at whose time `scratch.last` has the outputs before it."""
-    kind, stop, velocity = row[workspace.KIND], row[workspace.STOP], row[workspace.VELOCITY]
+    kind, stop, velocity = row[runs.KIND], row[runs.STOP], row[runs.VELOCITY]
     if velocity == 0.0:  # a release, a graze, or the beginning of a record
         return
     side, speed = 0 if stop > 0 else 1, abs(velocity)
     mass, restitution = observed.effective_mass, restitution_of(stops, stop)
     contacts = totals.contacts
-    contacts[IMPACT_COUNT, side] += np.inf if kind == workspace.CHATTER else 1.0
+    contacts[IMPACT_COUNT, side] += np.inf if kind == runs.CHATTER else 1.0
     contacts[SPEEDS, side] += speed
     contacts[TOP_SPEED, side] = max(contacts[TOP_SPEED, side], speed)
     kept = 0.0 if _rests(kind) else restitution
     contacts[TOTAL_IMPULSE, side] += (1.0 + kept) * mass * speed
     contacts[LOSS, side] += 0.5 * (1.0 - kept) * (1.0 + kept) * mass * speed * speed
-    if kind == workspace.CHATTER:
+    if kind == runs.CHATTER:
         for r in range(1, observed.jumps.shape[0]):  # the first bounce is not in the motion at rest
             y = scratch.last[r] - (1.0 + restitution) * velocity * observed.jumps[r]
             totals.outputs[r, HIGHEST] = max(totals.outputs[r, HIGHEST], y)
@@ -132,12 +131,12 @@ def observe_rows(
         _add_contact(observed, stops, row, totals, scratch)
         half, time = end
         if k + 1 < count:
-            half, time = rows[k + 1, workspace.HALF], rows[k + 1, workspace.TIME]
-        length = (half - row[workspace.HALF]) * half_time + (time - row[workspace.TIME])
+            half, time = rows[k + 1, runs.HALF], rows[k + 1, runs.TIME]
+        length = (half - row[runs.HALF]) * half_time + (time - row[runs.TIME])
         if not length > 0.0:
             continue
-        if _rests(row[workspace.KIND]):
-            stop = row[workspace.STOP]
+        if _rests(row[runs.KIND]):
+            stop = row[runs.STOP]
             before = totals.outputs[0, INTEGRAL]
             segment = MotionPart(row, stop * gap_of(stops, stop), length)
             observe_segment(problem, observed.held, segment, 0, totals.outputs, scratch)
@@ -148,31 +147,29 @@ def observe_rows(
 
 
 @kernel
-def begin_record(held: HeldProblem, u: Floats, half: int, work: Workspace) -> None:
+def begin_record(run: Run, half: int) -> None:
     """Begin the record of events with the state at the start of a half period."""
-    row = work.events[0]
+    row = run.events[0]
     row[:] = 0.0
-    row[workspace.HALF] = half
-    row[workspace.KIND] = workspace.IMPACT
-    if work.cursor[workspace.HELD] != 0:
-        row[workspace.KIND], row[workspace.STOP] = workspace.REST, work.cursor[workspace.HELD]
-        write_state(row, held.state)
+    row[runs.HALF] = half
+    row[runs.KIND] = runs.IMPACT
+    if run.cursor[runs.HELD] != 0:
+        row[runs.KIND], row[runs.STOP] = runs.REST, run.cursor[runs.HELD]
+        write_state(row, run.held.state)
     else:
-        write_state(row, u)
-    work.cursor[workspace.EVENT_COUNT] = 1
+        write_state(row, run.u)
+    run.cursor[runs.EVENT_COUNT] = 1
 
 
 @kernel
 def observe_periods(
-    problem: CellProblem,
-    held: HeldProblem,
+    forced: Forced,
     stops: Stops,
-    u: Floats,
+    run: Run,
     periods: int,
-    work: Workspace,
     watched: tuple[ObservedOutputs, Totals, OutputScratch],
 ) -> int:
-    """Carry a state (N, 2), at phase 0, over forcing periods, and add them to the totals.
+    """Carry a run, at phase 0, over forcing periods, and add them to the totals.
 
     Returns
     -------
@@ -180,39 +177,30 @@ def observe_periods(
     """
     observed, totals, scratch = watched
     for half in range(2 * periods):
-        begin_record(held, u, half, work)
-        status = run_half(problem, held, stops, u, half, work)
-        rows = work.cursor[workspace.EVENT_COUNT]
-        if rows > work.events.shape[0]:
-            return workspace.RECORD_FULL
-        if status != workspace.OK:
+        begin_record(run, half)
+        status = run_half(forced, stops, run, half)
+        rows = run.cursor[runs.EVENT_COUNT]
+        if rows > run.events.shape[0]:
+            return runs.RECORD_FULL
+        if status != runs.OK:
             return status
-        observe_rows(problem, observed, stops, work.events[:rows], (half + 1.0, 0.0), totals, scratch)
-    return workspace.OK
+        observe_rows(forced.free, observed, stops, run.events[:rows], (half + 1.0, 0.0), totals, scratch)
+    return runs.OK
 
 
 @kernel
-def close_motion(
-    problem: CellProblem,
-    held: HeldProblem,
-    stops: Stops,
-    u: Floats,
-    period: int,
-    most: int,
-    work: Workspace,
-    before: Floats,
-) -> int:
+def close_motion(forced: Forced, stops: Stops, run: Run, period: int, most: int, before: Floats) -> int:
     """Follow a periodic motion until it returns to within round-off, but at most for `most` of its periods.
 
-    u (N, 2) is the state at phase 0, `before` (N, 2) scratch. Returns OK, or why the trajectory ended.
+    The run is at phase 0, `before` (N, 2) is scratch. Returns OK, or why the trajectory ended.
     """
-    last = np.inf
+    problem, u, last = forced.free, run.u, np.inf
     for _ in range(most):
         copy_matrix(before, u)
         for half in range(2 * period):
-            work.cursor[workspace.EVENT_COUNT] = 0
-            status = run_half(problem, held, stops, u, half, work)
-            if status != workspace.OK:
+            run.cursor[runs.EVENT_COUNT] = 0
+            status = run_half(forced, stops, run, half)
+            if status != runs.OK:
                 return status
         distance = 0.0
         for j in range(u.shape[0]):
@@ -221,7 +209,7 @@ def close_motion(
         if distance <= CLOSED * stops.unit or (distance >= last and distance <= CLOSING_FLOOR * stops.unit):
             break
         last = distance
-    return workspace.OK
+    return runs.OK
 
 
 @kernel
@@ -243,17 +231,17 @@ def write_orbit(problem: CellProblem, stops: Stops, impacts: Floats, duration: f
     rows[:] = 0.0
     for i in range(count):
         half = math.floor(impacts[1, i] / math.pi)
-        rows[i, workspace.HALF] = half
-        rows[i, workspace.TIME] = (impacts[1, i] - half * math.pi) / problem.omega
-        rows[i, workspace.STOP], rows[i, workspace.VELOCITY] = impacts[0, i], impacts[2, i]
-        rows[i, workspace.KIND] = workspace.IMPACT
+        rows[i, runs.HALF] = half
+        rows[i, runs.TIME] = (impacts[1, i] - half * math.pi) / problem.omega
+        rows[i, runs.STOP], rows[i, runs.VELOCITY] = impacts[0, i], impacts[2, i]
+        rows[i, runs.KIND] = runs.IMPACT
     for j in range(problem.decay.shape[0]):
         decay, discriminant, square = problem.decay[j], problem.discriminant[j], problem.frequency_squared[j]
         first, second = problem.unit_impulse[j, 0], problem.unit_impulse[j, 1]
         p, q, _ = block_sum(SAME_SIGN, decay, discriminant, square, 0.0, duration)
         repeated = first + p * first + q * second
         repeated_rate = second + p * second - q * (square * first + 2.0 * decay * second)
-        place = workspace.EVENT_COLUMNS + 2 * j
+        place = runs.EVENT_COLUMNS + 2 * j
         for i in range(count):  # the state after the first impact, from all impacts up to it
             strength = -(1.0 + restitution_of(stops, impacts[0, i])) * impacts[2, i]
             since = 0.0 if i == 0 else duration - (impacts[1, i] - impacts[1, 0]) / problem.omega

@@ -16,7 +16,7 @@ import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.contact.kernels.cells import CellProblem, forced_part
-from grazemap_core.contact.kernels.workspace import EVENT_COLUMNS, HALF, TIME
+from grazemap_core.contact.kernels.runs import EVENT_COLUMNS, HALF, TIME
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.records import NamedTuple

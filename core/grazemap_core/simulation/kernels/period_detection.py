@@ -31,10 +31,10 @@ import numpy as np
 
 from grazemap_core.arrays import Floats
 from grazemap_core.codes import INFINITE, NEAR_GRAZING, NOT_CLOSED, RESOLVED, SLOW_CONVERGENCE
-from grazemap_core.contact.kernels import workspace
+from grazemap_core.contact.kernels import runs
 from grazemap_core.contact.kernels.cells import CellProblem
+from grazemap_core.contact.kernels.runs import Run, clear_tally
 from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.contact.kernels.workspace import Workspace, clear_tally
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.numerics.jit.lane_values import lane_row, lane_value
 from grazemap_core.records import NamedTuple
@@ -69,22 +69,22 @@ def stroboscopic_history(blocks: int, max_period: int, lanes: int = 1) -> Strobo
 
 
 @kernel
-def record_half_period(ring: StroboscopicHistory, k: int, u: Floats, work: Workspace) -> None:
+def record_half_period(ring: StroboscopicHistory, k: int, run: Run) -> None:
     """Record the state after k half periods in lane 0 with the tally of the last one; reset the tally."""
-    row = k % ring.min_speed.shape[0]
+    row, u = k % ring.min_speed.shape[0], run.u
     sign = 1.0 if k % 2 == 0 else -1.0
     for j in range(u.shape[0]):
         ring.states[row, 2 * j, 0] = sign * u[j, 0]
         ring.states[row, 2 * j + 1, 0] = sign * u[j, 1]
     # in the coordinates z the stops are exchanged every half period
     first = 0 if (k - 1) % 2 == 0 else 1
-    ring.impacts[row, first, 0] = work.tally[workspace.RIGHT_IMPACTS]
-    ring.impacts[row, 1 - first, 0] = work.tally[workspace.LEFT_IMPACTS]
-    ring.held[row, first, 0] = work.tally[workspace.HELD_RIGHT]
-    ring.held[row, 1 - first, 0] = work.tally[workspace.HELD_LEFT]
-    ring.min_speed[row, 0] = work.tally[workspace.MIN_SPEED]
-    ring.min_unpressed_speed[row, 0] = work.tally[workspace.MIN_UNPRESSED_SPEED]
-    clear_tally(work.tally)
+    ring.impacts[row, first, 0] = run.tally[runs.RIGHT_IMPACTS]
+    ring.impacts[row, 1 - first, 0] = run.tally[runs.LEFT_IMPACTS]
+    ring.held[row, first, 0] = run.tally[runs.HELD_RIGHT]
+    ring.held[row, 1 - first, 0] = run.tally[runs.HELD_LEFT]
+    ring.min_speed[row, 0] = run.tally[runs.MIN_SPEED]
+    ring.min_unpressed_speed[row, 0] = run.tally[runs.MIN_UNPRESSED_SPEED]
+    clear_tally(run.tally)
 
 
 @kernel

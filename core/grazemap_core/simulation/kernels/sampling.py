@@ -8,10 +8,10 @@ import numpy as np
 from numba import njit
 
 from grazemap_core.arrays import Complexes, Floats, Integers
-from grazemap_core.contact.kernels.cells import CellProblem, flow_state, forced_part
-from grazemap_core.contact.kernels.sticking_flow import HeldProblem, held_motion, turn_to
+from grazemap_core.contact.kernels.cells import Forced, flow_state, forced_part
+from grazemap_core.contact.kernels.runs import EVENT_COLUMNS, GRAZE, HALF, IMPACT, KIND, RELEASE, STOP, TIME, HeldRun
+from grazemap_core.contact.kernels.sticking_flow import held_motion, turn_to
 from grazemap_core.contact.kernels.stops import Stops, gap_of
-from grazemap_core.contact.kernels.workspace import EVENT_COLUMNS, GRAZE, HALF, IMPACT, KIND, RELEASE, STOP, TIME
 from grazemap_core.numerics.kernels.double_double import two_prod
 from grazemap_core.records import NamedTuple
 
@@ -77,13 +77,7 @@ def events_before(rows: Floats, half: Integers, within: Floats, half_time: float
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def sample_motion(
-    problem: CellProblem,
-    held_problem: HeldProblem,
-    shape: Floats,
-    steady: Complexes,
-    rows: Floats,
-    stops: Stops,
-    moments: Moments,
+    forced: Forced, shape: Floats, steady: Complexes, rows: Floats, stops: Stops, moments: Moments
 ) -> tuple[Floats, Floats]:
     """Return displacements from the static equilibrium and velocities, each (N, n), at given times.
 
@@ -96,29 +90,29 @@ def sample_motion(
     rows : (events, EVENT_COLUMNS + 2 N)
         The start of the record, then its events in order of time, each with the state after it. The contact is free
         after IMPACT, GRAZE and RELEASE, and at rest after any other kind; in the summed impacts of a chatter it rests.
-    stops : Stops
-    moments : Moments
     """
+    problem, held_problem = forced.free, forced.held
     row, half, within, angle = moments
     count = shape.shape[0]
     half_time = math.pi / problem.omega
     x = np.empty((count, row.shape[0]))
     v = np.empty((count, row.shape[0]))
     u = np.empty((count, 2))
-    held = np.empty((count - 1, 2))
+    harmonics = problem.orders.shape[0]
+    held = HeldRun(np.empty((count - 1, 2)), np.empty(2), np.empty((harmonics, 2)), np.empty(2 * count))
     for n in range(row.shape[0]):
         event = rows[row[n]]
         passed = (half[n] - event[HALF]) * half_time + (within[n] - event[TIME])
         if event[KIND] != IMPACT and event[KIND] != RELEASE and event[KIND] != GRAZE:
             for j in range(count - 1):
-                held[j, 0] = event[EVENT_COLUMNS + 2 * j]
-                held[j, 1] = event[EVENT_COLUMNS + 2 * j + 1]
-            flow_state(held_problem, held, passed)
-            turn_to(held_problem, 0, angle[n])
-            held_motion(held_problem, held, event[STOP] * gap_of(stops, event[STOP]), problem.omega)
+                held.state[j, 0] = event[EVENT_COLUMNS + 2 * j]
+                held.state[j, 1] = event[EVENT_COLUMNS + 2 * j + 1]
+            flow_state(held_problem, held.state, passed)
+            turn_to(held_problem, held, 0, angle[n])
+            held_motion(held_problem, held, event[STOP] * gap_of(stops, event[STOP]))
             for i in range(count):
-                x[i, n] = held_problem.physical[i]
-                v[i, n] = held_problem.physical[count + i]
+                x[i, n] = held.physical[i]
+                v[i, n] = held.physical[count + i]
             continue
         for j in range(count):
             u[j, 0] = event[EVENT_COLUMNS + 2 * j]

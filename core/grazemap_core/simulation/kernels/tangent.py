@@ -20,12 +20,12 @@ A. B. Nordmark, J. Sound Vib. 145 (1991) 279-297; M. di Bernardo, C. J. Budd, A.
 from __future__ import annotations
 
 from grazemap_core.arrays import Floats
-from grazemap_core.contact.kernels import workspace
-from grazemap_core.contact.kernels.cells import CellProblem, contact_acceleration_of, reference_at
+from grazemap_core.contact.kernels import runs
+from grazemap_core.contact.kernels.cells import CellProblem, Forced, contact_acceleration_of, reference_at
 from grazemap_core.contact.kernels.half_period import run_half
+from grazemap_core.contact.kernels.runs import Run
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.kernels.stops import Stops, restitution_of
-from grazemap_core.contact.kernels.workspace import Workspace
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.simulation.kernels.recorded_run import HalfPeriod, restore_start, save_start
@@ -87,14 +87,14 @@ def apply_saltation(
 
 
 @kernel
-def stick_tangent(problem: CellProblem, held: HeldProblem, tangent: Floats) -> None:
+def stick_tangent(forced: Forced, tangent: Floats, physical: Floats) -> None:
     """Convert perturbations of the free state before the contact comes to rest into those of the held state, in place.
 
-    The latter are the first 2 (N - 1) rows of tangent (2 N, k); the last two become zero.
+    The latter are the first 2 (N - 1) rows of tangent (2 N, k); the last two become zero. physical (2 N,) is scratch.
     """
+    problem, held = forced.free, forced.held
     count = problem.decay.shape[0]
     rest = count - 1
-    physical = held.physical
     for c in range(tangent.shape[1]):
         x, _ = _of_contact(problem, tangent, c)
         _add_impulse(problem, tangent, c, 0.0, -x)
@@ -112,11 +112,10 @@ def stick_tangent(problem: CellProblem, held: HeldProblem, tangent: Floats) -> N
 
 
 @kernel
-def release_tangent(held: HeldProblem, tangent: Floats) -> None:
-    """Convert perturbations of the held state (see `stick_tangent`) into those of the free state, in place."""
-    rest = held.state.shape[0]
+def release_tangent(held: HeldProblem, tangent: Floats, physical: Floats) -> None:
+    """Convert perturbations of the held state into those of the free state, in place. As `stick_tangent`."""
+    rest = held.decay.shape[0]
     count = rest + 1
-    physical = held.physical
     for c in range(tangent.shape[1]):
         for i in range(2 * count):
             physical[i] = 0.0
@@ -130,16 +129,8 @@ def release_tangent(held: HeldProblem, tangent: Floats) -> None:
 
 
 @kernel
-def carry_tangent(
-    problem: CellProblem,
-    held: HeldProblem,
-    stops: Stops,
-    half: int,
-    resting: bool,
-    work: Workspace,
-    tangent: Floats,
-) -> int:
-    """Apply the linearised flow over the half period whose events are in work.events to tangent, in place.
+def carry_tangent(forced: Forced, stops: Stops, run: Run, half: int, resting: bool, tangent: Floats) -> int:
+    """Apply the linearised flow over the half period whose events are in run.events to tangent, in place.
 
     Parameters
     ----------
@@ -147,8 +138,6 @@ def carry_tangent(
         Index of the half period.
     resting : bool
         Whether the contact rests on a stop at its start.
-    work : Workspace
-        Not changed.
     tangent : (2 N, k)
         Perturbations of the free state in block coordinates, at the start and, on return, at the end of the half
         period; while the contact rests, those that keep it at rest.
@@ -157,15 +146,16 @@ def carry_tangent(
     -------
     status : OK, or GRAZED; after GRAZED, tangent is that before the graze.
     """
+    problem, held, physical = forced.free, forced.held, run.held.physical
     first_cell = (half % 2) * (problem.cells // 2)
     blocks = problem.decay.shape[0]
     passed = 0.0
     if resting:
         # a displaced contact returns to the stop at once; only the effect of dampers that it moves remains
-        stick_tangent(problem, held, tangent)
-    for row in range(work.cursor[workspace.EVENT_COUNT] + 1):
-        last = row == work.cursor[workspace.EVENT_COUNT]
-        time = problem.step * (problem.cells // 2) if last else work.events[row, workspace.TIME]
+        stick_tangent(forced, tangent, physical)
+    for row in range(run.cursor[runs.EVENT_COUNT] + 1):
+        last = row == run.cursor[runs.EVENT_COUNT]
+        time = problem.step * (problem.cells // 2) if last else run.events[row, runs.TIME]
         if resting:
             flow_tangent(held.decay, held.discriminant, held.frequency_squared, time - passed, tangent)
         else:
@@ -173,52 +163,40 @@ def carry_tangent(
         passed = time
         if last:
             break
-        if work.events[row, workspace.KIND] == workspace.RELEASE:
-            release_tangent(held, tangent)
+        if run.events[row, runs.KIND] == runs.RELEASE:
+            release_tangent(held, tangent, physical)
             resting = False
-        elif work.events[row, workspace.KIND] == workspace.GRAZE:
+        elif run.events[row, runs.KIND] == runs.GRAZE:
             return GRAZED
-        elif work.events[row, workspace.KIND] == workspace.IMPACT:
-            velocity = work.events[row, workspace.VELOCITY]
+        elif run.events[row, runs.KIND] == runs.IMPACT:
+            velocity = run.events[row, runs.VELOCITY]
             if velocity == 0.0:
                 return GRAZED
-            after = work.events[row, workspace.EVENT_COLUMNS : workspace.EVENT_COLUMNS + 2 * blocks].reshape(
-                (blocks, 2)
-            )
+            after = run.events[row, runs.EVENT_COLUMNS : runs.EVENT_COLUMNS + 2 * blocks].reshape((blocks, 2))
             _, _, acceleration = reference_at(problem, first_cell, time)
             acceleration = contact_acceleration_of(problem, after, acceleration)
-            restitution = restitution_of(stops, work.events[row, workspace.STOP])
+            restitution = restitution_of(stops, run.events[row, runs.STOP])
             # the viscous term before the impact
             acceleration -= held.viscous_term * (1.0 + restitution) * velocity
             apply_saltation(problem, restitution, velocity, acceleration, tangent)
         else:
-            stick_tangent(problem, held, tangent)
+            stick_tangent(forced, tangent, physical)
             resting = True
     if resting:
-        release_tangent(held, tangent)
-    return workspace.OK
+        release_tangent(held, tangent, physical)
+    return runs.OK
 
 
 @kernel
-def run_half_linearised(
-    problem: CellProblem,
-    held: HeldProblem,
-    stops: Stops,
-    u: Floats,
-    half: int,
-    work: Workspace,
-    tangent: Floats,
-    began: HalfPeriod,
-) -> int:
-    """Advance a state and the linearised flow along it over half a forcing period, both in place.
+def run_half_linearised(forced: Forced, stops: Stops, run: Run, half: int, tangent: Floats, began: HalfPeriod) -> int:
+    """Advance a run and the linearised flow along it over half a forcing period, both in place.
 
     Parameters
     ----------
-    u : (N, 2)
+    run : Run
+        Its record has capacity for the events of half a period.
     half : int
         Index of the half period.
-    work : Workspace
-        Its record has capacity for the events of half a period; it holds the regime of the trajectory before and after.
     tangent : (2 N, k)
         As in `carry_tangent`.
     began : HalfPeriod
@@ -226,15 +204,15 @@ def run_half_linearised(
 
     Returns
     -------
-    status : OK; RECORD_FULL if work.events is too short, with all arguments as before the call; GRAZED; or the status
+    status : OK; RECORD_FULL if run.events is too short, with all arguments as before the call; GRAZED; or the status
         with which the trajectory ended.
     """
-    save_start(began, held, u, work)
-    work.cursor[workspace.EVENT_COUNT] = 0
-    status = run_half(problem, held, stops, u, half, work)
-    if work.cursor[workspace.EVENT_COUNT] > work.events.shape[0]:
-        restore_start(began, held, u, work)
-        return workspace.RECORD_FULL
-    if status != workspace.OK:
+    save_start(began, run)
+    run.cursor[runs.EVENT_COUNT] = 0
+    status = run_half(forced, stops, run, half)
+    if run.cursor[runs.EVENT_COUNT] > run.events.shape[0]:
+        restore_start(began, run)
+        return runs.RECORD_FULL
+    if status != runs.OK:
         return status
-    return carry_tangent(problem, held, stops, half, began.cursor[workspace.HELD] != 0, work, tangent)
+    return carry_tangent(forced, stops, run, half, began.cursor[runs.HELD] != 0, tangent)

@@ -1,7 +1,7 @@
-"""The workspace of a trajectory: its regime, counts and record of events, and scratch.
+"""The run of a trajectory: its state, regime, counts and record of events, and scratch. Kernels change it in place.
 
-`cursor` is the regime. Between the stops the state of a trajectory is a free state. Near a stop that the contact has
-just left (the *anchor*) the workspace also holds the gap to that stop and its rate, each to its own relative precision,
+`cursor` is the regime. Between the stops the state of a trajectory is the free state `u`. Near a stop that the contact
+has just left (the *anchor*) the run also holds the gap to that stop and its rate, each to its own relative precision,
 so that arbitrarily small bounces are resolved across the ends of cells too. While the contact rests on a stop the state
 is the held state.
 """
@@ -88,9 +88,37 @@ GRAZE_STOP, GRAZE_BACK = 3, 4
 """The stop of a graze in this cell, or 0, and the time from the graze to the end of the cell."""
 
 
-class Workspace(NamedTuple):
-    """Regime, counts and record of a trajectory, and scratch of the contact search."""
+class HeldRun(NamedTuple):
+    """A trajectory while its contact rests on a stop."""
 
+    state: Floats
+    """(N - 1, 2) The held state."""
+    since: Floats
+    """(2,) The half period in which the contact came to rest, and the time in it."""
+    turn: Floats
+    """(H, 2) Scratch of `sticking_flow.turn_to`: exp(i order phase) of the harmonics at one moment."""
+    physical: Floats
+    """(2 N,) Scratch: displacements, then velocities."""
+
+
+class Run(NamedTuple):
+    """State, regime, counts and record of a trajectory, and scratch of the contact search."""
+
+    u: Floats
+    """(N, 2) The free state; meaningless while the contact rests."""
+    held: HeldRun
+    """The trajectory while the contact rests."""
+    cursor: Integers
+    """(4,) The regime."""
+    near: Floats
+    """(5,) By the entries above."""
+    tally: Floats
+    """(TALLY_SIZE,) Counts of the current half period."""
+    events: Floats
+    """(capacity, EVENT_COLUMNS + 2 N) One row for each event; further events are counted in `cursor` but not
+    written."""
+    saved: Floats
+    """(N, 2) The state from which cells without contact are counted."""
     taylor: Floats
     """(TAYLOR_DEGREE + 1,) Series of the contact coordinate over the next part of a cell."""
     terms: Floats
@@ -103,36 +131,48 @@ class Workspace(NamedTuple):
     """Scratch of `bernstein.first_negative`: starts of parts."""
     width: Floats
     """Scratch of `bernstein.first_negative`: widths of parts."""
-    tally: Floats
-    """(TALLY_SIZE,) Counts of the current half period."""
-    cursor: Integers
-    """(4,) The regime."""
-    near: Floats
-    """(5,) By the entries above."""
-    saved: Floats
-    """(N, 2) The state from which cells without contact are counted."""
-    events: Floats
-    """(capacity, EVENT_COLUMNS + 2 N) One row for each event; further events are counted in `cursor` but not
-    written."""
 
 
-def workspace(blocks: int, events: int = 0) -> Workspace:
-    """Return a new workspace for an oscillator of `blocks` masses and a number of events."""
-    work = Workspace(
+class Moment(NamedTuple):
+    """A moment of a trajectory."""
+
+    cell: int
+    """Index of the cell in the forcing period."""
+    offset: float
+    """Time since the start of the cell."""
+    half: int
+    """Index of the half period since the start of the trajectory, for the record."""
+
+
+def held_run(masses: int, harmonics: int) -> HeldRun:
+    """Return the arrays of a resting contact, for an oscillator with so many masses and harmonics of the forces."""
+    return HeldRun(
+        state=np.zeros((masses - 1, 2)),
+        since=np.zeros(2),
+        turn=np.zeros((harmonics, 2)),
+        physical=np.zeros(2 * masses),
+    )
+
+
+def new_run(masses: int, harmonics: int, events: int = 0) -> Run:
+    """Return a new run, in which the contact is between the stops, with the capacity for a number of events."""
+    run = Run(
+        u=np.zeros((masses, 2)),
+        held=held_run(masses, harmonics),
+        cursor=np.zeros(4, dtype=np.int64),
+        near=np.zeros(5),
+        tally=np.zeros(TALLY_SIZE),
+        events=np.zeros((events, EVENT_COLUMNS + 2 * masses)),
+        saved=np.zeros((masses, 2)),
         taylor=np.zeros(TAYLOR_DEGREE + 1),
-        terms=np.zeros((blocks + 1, 4)),
+        terms=np.zeros((masses + 1, 4)),
         distance=np.zeros(TAYLOR_DEGREE + 1),
         stack=np.zeros(STACK_SHAPE),
         start=np.zeros(STACK_SHAPE[0]),
         width=np.zeros(STACK_SHAPE[0]),
-        tally=np.zeros(TALLY_SIZE),
-        cursor=np.zeros(4, dtype=np.int64),
-        near=np.zeros(5),
-        saved=np.zeros((blocks, 2)),
-        events=np.zeros((events, EVENT_COLUMNS + 2 * blocks)),
     )
-    clear_tally(work.tally)
-    return work
+    clear_tally(run.tally)
+    return run
 
 
 @kernel
@@ -155,17 +195,15 @@ def write_state(event: Floats, state: Floats) -> None:
 
 
 @inlined
-def record_event(
-    work: Workspace, half: int, time: float, stop: float, velocity: float, kind: int, state: Floats
-) -> None:
+def record_event(run: Run, half: int, time: float, stop: float, velocity: float, kind: int, state: Floats) -> None:
     """Record an event without a delay, and the state (n, 2) after it; if the record is full it is only counted."""
-    row = work.cursor[EVENT_COUNT]
-    if row < work.events.shape[0]:
-        work.events[row, HALF] = half
-        work.events[row, TIME] = time
-        work.events[row, STOP] = stop
-        work.events[row, VELOCITY] = velocity
-        work.events[row, KIND] = kind
-        work.events[row, DELAY] = 0.0
-        write_state(work.events[row], state)
-    work.cursor[EVENT_COUNT] = row + 1
+    row = run.cursor[EVENT_COUNT]
+    if row < run.events.shape[0]:
+        run.events[row, HALF] = half
+        run.events[row, TIME] = time
+        run.events[row, STOP] = stop
+        run.events[row, VELOCITY] = velocity
+        run.events[row, KIND] = kind
+        run.events[row, DELAY] = 0.0
+        write_state(run.events[row], state)
+    run.cursor[EVENT_COUNT] = row + 1
