@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.maps.adaptive_map import LABEL, adaptive_map_tile, complete_map
+from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
@@ -64,13 +65,17 @@ def main() -> None:
 
 
 def _compared(oscillator: Oscillator, omega: NDArray[np.float64], clearance: NDArray[np.float64]) -> NDArray[Any]:
-    unfolding_map_tile(Plane.of(oscillator, omega[:1], clearance[:1]), 4)  # compiled, or loaded from the cache
+    unfolding_map_tile(
+        Plane.of(oscillator, omega[:1], clearance[:1]), MapSettings(4)
+    )  # compiled, or loaded from the cache
     began = time.process_time()
-    adaptive = adaptive_map_tile(Plane.of(oscillator, omega, clearance), max_periods=MAX_PERIODS)
+    adaptive = adaptive_map_tile(Plane.of(oscillator, omega, clearance), MapSettings(max_periods=MAX_PERIODS))
     completed = {name: array.copy() for name, array in adaptive.items()}
-    *_, stated = complete_map(Plane.of(oscillator, omega, clearance), completed, [], [], max_periods=MAX_PERIODS)
+    *_, stated = complete_map(
+        Plane.of(oscillator, omega, clearance), completed, [], [], MapSettings(max_periods=MAX_PERIODS)
+    )
     between = time.process_time()
-    full = unfolding_map_tile(Plane.of(oscillator, omega, clearance), MAX_PERIODS)
+    full = unfolding_map_tile(Plane.of(oscillator, omega, clearance), MapSettings(MAX_PERIODS))
     ended = time.process_time()
     inferred = ~adaptive["computed"]
     unresolved, periodic, chaotic = (KINDS.index(kind) for kind in ("unresolved", "periodic", "chaotic"))

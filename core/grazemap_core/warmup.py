@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from grazemap_core.kernel_folder import record
+from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.model.oscillator import Oscillator
 
 if TYPE_CHECKING:
@@ -107,7 +108,9 @@ def _map_observables(oscillator: Oscillator) -> None:
     from grazemap_core.simulation.observables import Observables
 
     wanted = Observables(("rms_displacement",))
-    unfolding_map_tile(Plane.of(oscillator, OMEGA, np.array([1.6])), max_periods=4, max_period=2, observed=wanted)
+    unfolding_map_tile(
+        Plane.of(oscillator, OMEGA, np.array([1.6])), MapSettings(max_periods=4, max_period=2), observed=wanted
+    )
 
 
 _COMPONENTS: dict[str, Callable[[Oscillator], None]] = {

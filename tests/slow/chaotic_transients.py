@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from grazemap_core.maps.chaotic_transients import ChanceToSettle, chance_in_map, sample
+from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.tolerances import RUN_ON
 from grazemap_core.maps.unfolding import unfolding_map_tile
@@ -58,8 +59,10 @@ def points_of(name: str, count: int) -> Found:
     system, rng = SYSTEMS[name], np.random.default_rng(len(name))
     omega = np.sort(rng.uniform(*system.omega, COLUMNS))
     clearance = np.sort(rng.uniform(*system.clearance, ROWS))
-    tile = unfolding_map_tile(Plane.of(system.oscillator, omega, clearance), PERIODS)
-    chance = chance_in_map(tile["kind"], Plane.of(system.oscillator, omega, clearance), max_periods=PERIODS)
+    tile = unfolding_map_tile(Plane.of(system.oscillator, omega, clearance), MapSettings(PERIODS))
+    chance = chance_in_map(
+        tile["kind"], Plane.of(system.oscillator, omega, clearance), MapSettings(max_periods=PERIODS)
+    )
     assert chance is not None
     rows, columns = np.nonzero(tile["kind"] == KINDS.index("chaotic"))
     others = np.setdiff1d(np.arange(len(rows)), sample(len(rows), chance.watched))

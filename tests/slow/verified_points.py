@@ -19,6 +19,7 @@ import numpy as np
 
 from grazemap_core.contact.stops import Clearance, both_clearances
 from grazemap_core.grazing.grazing_curve import grazing_curve
+from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
@@ -95,7 +96,9 @@ def verified_point(seed: int) -> Point:
         else:
             oscillator = DEFAULT
             omega, clearance = float(rng.uniform(0.26, 0.32)), float(rng.uniform(1.2, 2.1))
-        tile = unfolding_map_tile(Plane.of(oscillator, np.array([omega]), np.array([clearance])), MAX_PERIODS)
+        tile = unfolding_map_tile(
+            Plane.of(oscillator, np.array([omega]), np.array([clearance])), MapSettings(MAX_PERIODS)
+        )
         pixel = {name: values[0, 0].item() for name, values in tile.items()}
         if pixel["verified"] and max(pixel["impacts_right"], pixel["impacts_left"]) > 0:
             return Point.of(oscillator, omega, clearance, pixel)

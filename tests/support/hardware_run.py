@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 import grazemap_core
+from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.numerics.jit import kernel_pointers
 from grazemap_core.numerics.jit.kernel_pointers import PointerKernel
@@ -63,7 +64,7 @@ def compute(size: str) -> dict[str, np.ndarray]:
     out |= {f"sticking.{name}": getattr(result.sticking, name) for name in ("start", "stop_time", "stop")}
     result = trajectory(default, OMEGA, 1.6, periods=periods, samples_per_period=8)
     out |= {"reference.time": result.impacts.time, "reference.displacement": result.displacement}
-    tile = unfolding_map_tile(Plane.of(default, np.array(columns), CLEARANCES), map_periods)
+    tile = unfolding_map_tile(Plane.of(default, np.array(columns), CLEARANCES), MapSettings(map_periods))
     out |= {f"map.{name}": value for name, value in tile.items()}
     out["monodromy"] = monodromy(default, OMEGA, 1.6, period=TANGENT_PERIODS).matrix
     return out

@@ -23,7 +23,7 @@ from grazemap_core.orbits.family import OrbitFamily, forced, steady_size
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.kernels.admissibility import NO_FURTHER_CONTACT, further_contact
 from grazemap_core.orbits.kernels.batches import OrbitScratch, orbit_scratch
-from grazemap_core.orbits.kernels.equations import OrbitProblem, assemble, assemble_doubled
+from grazemap_core.orbits.kernels.equations import OrbitImpacts, OrbitProblem, assemble, assemble_doubled
 from grazemap_core.orbits.kernels.newton import allowed_share, newton_kantorovich
 from grazemap_core.orbits.states import multipliers_of, with_unseen
 from grazemap_core.orbits.tolerances import MAX_KANTOROVICH, ORBIT_RESIDUAL, ORBIT_SETTLED
@@ -206,19 +206,12 @@ class ContinuationProblem:
 
     def _assemble(self, unknowns: Floats) -> float:
         """Write residual and Jacobian of the orbit's equations to the scratch; return the size of their terms."""
-        count, work = self.count, self._scratch.newton
-        return float(
-            assemble(
-                self.problem_at(unknowns),
-                self.sides,
-                self.stops(unknowns),
-                unknowns[:count],
-                unknowns[count : 2 * count],
-                work.residual,
-                work.jacobian,
-                work.before,
-            )
-        )
+        work, impacts = self._scratch.newton, self._impacts_of(unknowns, self.stops(unknowns))
+        return float(assemble(self.problem_at(unknowns), impacts, work.residual, work.jacobian, work.before))
+
+    def _impacts_of(self, unknowns: Floats, stops: Stops) -> OrbitImpacts:
+        """Return the impacts of a point, as the kernels take them."""
+        return OrbitImpacts(stops, self.sides, unknowns[: self.count], unknowns[self.count : 2 * self.count])
 
     def _by_structure(self, index: int, unknowns: Floats) -> Floats:
         """Return the residuals' derivatives (2 k,) with respect to a parameter of the structure, by differences.
@@ -287,39 +280,35 @@ class ContinuationProblem:
         """Return the matrix (2 k, 2 k) whose determinant is `doubling_test`."""
         self._assemble(unknowns)
         matrix = np.empty((2 * self.count, 2 * self.count))
-        phases, speeds = unknowns[: self.count], unknowns[self.count : 2 * self.count]
-        problem, stops = self.problem_at(unknowns), self.stops(unknowns)
-        assemble_doubled(problem, self.sides, stops, phases, speeds, self._scratch.newton.before, matrix)
+        impacts = self._impacts_of(unknowns, self.stops(unknowns))
+        assemble_doubled(self.problem_at(unknowns), impacts, self._scratch.newton.before, matrix)
         return matrix
 
-    def _determinants(self, problem: OrbitProblem, stops: Stops, unknowns: Floats) -> tuple[float, float]:
+    def _determinants(self, problem: OrbitProblem, impacts: OrbitImpacts) -> tuple[float, float]:
         """Return the test functions of folds and of doublings. `_assemble` has written the Jacobian."""
         count = self.count
         system = self._scratch.newton.jacobian[:, : 2 * count].copy()
         fold_test = eliminate(system, 2 * count)
-        speeds = unknowns[count : 2 * count]
-        before = self._scratch.newton.before
-        assemble_doubled(problem, self.sides, stops, unknowns[:count], speeds, before, system)
+        assemble_doubled(problem, impacts, self._scratch.newton.before, system)
         return float(fold_test), float(eliminate(system, 2 * count))
 
     def evaluate(self, unknowns: Floats) -> ContinuationPoint:
         """Return a point with its multipliers, test functions and contacts."""
-        count, scratch = self.count, self._scratch
+        scratch = self._scratch
         residual, terms = self._residual_of_orbit(unknowns)
-        phases, speeds = unknowns[:count], unknowns[count : 2 * count]
         values, stops = self._at(unknowns)
-        problem = self._problem_of(values)
-        kantorovich, _ = newton_kantorovich(problem, self.sides, stops, speeds, terms, scratch.newton)
-        fold_test, doubling_test = self._determinants(problem, stops, unknowns)
+        problem, impacts = self._problem_of(values), self._impacts_of(unknowns, stops)
+        kantorovich, _ = newton_kantorovich(problem, impacts, terms, scratch.newton)
+        fold_test, doubling_test = self._determinants(problem, impacts)
         contact, excess, phase, stop = further_contact(
-            problem, self.sides, stops, phases, speeds, -math.inf, scratch.flow_between, scratch.contact
+            problem, impacts, -math.inf, scratch.flow_between, scratch.contact
         )
         return ContinuationPoint(
             unknowns=unknowns,
             values=values,
             residual=residual,
             kantorovich=float(kantorovich),
-            multipliers=self._multipliers(self.family_at(values), problem, stops, phases, speeds),
+            multipliers=self._multipliers(self.family_at(values), problem, impacts),
             fold_test=fold_test,
             doubling_test=doubling_test,
             contact=int(contact),
@@ -328,11 +317,9 @@ class ContinuationProblem:
             excess_stop=int(stop),
         )
 
-    def _multipliers(
-        self, family: OrbitFamily, problem: OrbitProblem, stops: Stops, phases: Floats, speeds: Floats
-    ) -> Complexes:
+    def _multipliers(self, family: OrbitFamily, problem: OrbitProblem, impacts: OrbitImpacts) -> Complexes:
         """Return all multipliers over a span, by decreasing modulus."""
-        of_blocks = multipliers_of(problem, self.sides, stops, phases, speeds, self._scratch.newton.before)
+        of_blocks = multipliers_of(problem, impacts, self._scratch.newton.before)
         return with_unseen(family, problem.omega, of_blocks)
 
     def _in_domain(self, values: ParameterPoint) -> bool:

@@ -8,7 +8,7 @@ Points that share tables (`planes`), as those of one omega, are computed side by
 
 from __future__ import annotations
 
-from typing import Any, Final, TypedDict, Unpack
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,30 +16,19 @@ from numpy.typing import NDArray
 from grazemap_core.arrays import Booleans, Floats
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.inferred_points import InferredWrong, check_sample
+from grazemap_core.maps.map_settings import DEFAULT_SETTINGS, MapSettings
 from grazemap_core.maps.planes import Plane, PlaneRunner
 from grazemap_core.maps.refinement import SENSITIVE_LABEL, UNKNOWN_LABEL, UNRESOLVED, Indices, Labels, Refinement
-from grazemap_core.maps.runner import RunSettings
 from grazemap_core.maps.tolerances import (
     COARSEST_SPACING,
     LARGEST_INFERRED_SAMPLE,
     MOST_CONTRACTION,
     RUN_ON_PERIODS,
 )
-from grazemap_core.maps.unfolding import check_map, named_arrays, random_starts
+from grazemap_core.maps.unfolding import named_arrays
 from grazemap_core.simulation.motion import KINDS, REASONS
 
 Arrays = dict[str, NDArray[Any]]
-
-
-class Settings(TypedDict, total=False):
-    """Optional arguments of `adaptive_map_tile`: those of `unfolding.unfolding_map_tile`, with the same defaults."""
-
-    max_periods: int
-    max_period: int
-    policy: str
-    initial_conditions: int
-    seed: int
-    preview: bool
 
 
 LABEL: Final = ("kind", "reason", "period", "impacts_right", "impacts_left", "symmetric", "sticking")
@@ -53,16 +42,15 @@ NOT_COMPUTED_REASON: Final = "not computed: inferred from the points around it"
 _PERIODIC: Final = KINDS.index("periodic")
 
 
-def adaptive_map_tile(plane: Plane, **settings: Unpack[Settings]) -> Arrays:
+def adaptive_map_tile(plane: Plane, settings: MapSettings = DEFAULT_SETTINGS) -> Arrays:
     """Find the motions of a grid as `unfolding.unfolding_map_tile`, but compute points only where motions differ.
 
     `complete_map` corrects the borders between tiles, and measures how many inferred points are wrong.
 
     Parameters
     ----------
-    plane, **settings
-        As in `unfolding.unfolding_map_tile`, without resolve_sensitive. The policy is "rest" or
-        "ensemble"; in a sweep every point depends on its neighbour.
+    plane, settings
+        As in `unfolding.unfolding_map_tile`; not those of a sweep, in which every point depends on its neighbour.
 
     Returns
     -------
@@ -77,7 +65,7 @@ def adaptive_map_tile(plane: Plane, **settings: Unpack[Settings]) -> Arrays:
         As in `unfolding.unfolding_map_tile`, or the policy is a sweep.
     """
     shape = plane.shape
-    points = _Points(plane, **settings)
+    points = _Points(plane, settings)
     grid = Refinement(
         np.full(shape, UNKNOWN_LABEL, dtype=np.int32), np.zeros(shape, np.bool_), points.irregular, points
     )
@@ -92,7 +80,7 @@ def complete_map(
     arrays: Arrays,
     row_seams: list[int],
     column_seams: list[int],
-    **settings: Unpack[Settings],
+    settings: MapSettings = DEFAULT_SETTINGS,
 ) -> tuple[Indices, Indices, Arrays, InferredWrong | None]:
     """Compute inferred points whose labels differ across a border between tiles, and a sample of the others.
 
@@ -101,7 +89,7 @@ def complete_map(
 
     Parameters
     ----------
-    plane, **settings
+    plane, settings
         As in `adaptive_map_tile`, of the whole map.
     arrays : dict of arrays of shape (n, m)
         The arrays of LABEL, sensitive and computed, assembled from the tiles; changed in place.
@@ -122,7 +110,7 @@ def complete_map(
     ParameterError
         As in `adaptive_map_tile`.
     """
-    points = _Points(plane, **settings)
+    points = _Points(plane, settings)
     label = np.empty(plane.shape, dtype=np.int32)
     for column in range(plane.shape[1]):
         label[:, column] = points.numbered({name: array[:, column] for name, array in arrays.items()})
@@ -141,24 +129,13 @@ def complete_map(
 class _Points:
     """Points of a grid: their computation, the results, and numbers for their labels."""
 
-    def __init__(
-        self,
-        plane: Plane,
-        max_periods: int = 1000,
-        max_period: int = 32,
-        policy: str = "rest",
-        initial_conditions: int = 16,
-        seed: int = 0,
-        preview: bool = False,
-    ) -> None:
+    def __init__(self, plane: Plane, settings: MapSettings) -> None:
         """Check the arguments and allocate scratch; nothing is computed."""
-        check_map(plane, max_periods, max_period, policy, initial_conditions)
-        if policy.startswith("sweep"):
+        plane.check()
+        if settings.is_sweep:
             raise ParameterError("policy", "must be rest or ensemble: a sweep computes every point from its neighbour")
-        self._ensemble, self._preview = policy == "ensemble", preview
-        starts = random_starts(plane.oscillator, initial_conditions, seed) if self._ensemble else None
-        self._runner = PlaneRunner(plane, RunSettings(max_periods, max_period, linearised=not preview, starts=starts))
-        periods = max_periods * (1 if starts is None else len(starts))
+        self._settings, self._runner = settings, PlaneRunner(plane, settings.of_runs(plane.oscillator))
+        periods = settings.max_periods * (settings.initial_conditions if settings.is_ensemble else 1)
         self.largest_sample = min(LARGEST_INFERRED_SAMPLE, max(1, RUN_ON_PERIODS // periods))
         self._numbers: dict[tuple[int, ...], int] = {}
         self._labels: list[tuple[int, ...]] = []
@@ -174,7 +151,7 @@ class _Points:
         rows, columns = rows[order], columns[order]
         results = self._runner.points(rows, columns)
         codes, figures = np.moveaxis(results[0], 2, 0)[:, :, None], np.moveaxis(results[1], 2, 0)[:, :, None]
-        named = named_arrays(codes, figures, self._ensemble, self._preview)
+        named = named_arrays(codes, figures, self._settings)
         arrays = {name: array[:, 0] for name, array in named.items()}
         self._done.append((rows, columns, arrays))
         label, approach = np.empty(len(rows), np.int32), np.empty(len(rows))
@@ -219,7 +196,7 @@ class _Points:
         kind, _, period, right, left, symmetric, sticking, sensitive = label
         if sensitive:
             return SENSITIVE_LABEL
-        if self._ensemble:
+        if self._settings.is_ensemble:
             right, left = min(right, left), max(right, left)
         key = (kind, period, right, left, symmetric, sticking)
         if key not in self._numbers:
@@ -232,7 +209,7 @@ class _Points:
 
         Contractions are unknown in an ensemble, which has many transients per point, and in a preview.
         """
-        if self._ensemble or self._preview:
+        if self._settings.is_ensemble or self._settings.preview:
             return np.full(len(arrays["kind"]), np.nan)
         rate = np.minimum(-arrays["lyapunov"], MOST_CONTRACTION)
         return np.where(arrays["kind"] == _PERIODIC, arrays["settled_after"] * rate, np.nan)

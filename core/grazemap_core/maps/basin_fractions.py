@@ -169,7 +169,7 @@ def fraction_tile(
     phase : float
         Phase of the forcing at the start, radians.
     max_periods, max_period : int
-        As in `unfolding.unfolding_map_tile`.
+        As in `map_settings.MapSettings`.
 
     Returns
     -------

@@ -14,7 +14,7 @@ Y.-C. Lai, T. Tél, Transient Chaos, Springer (2011), chapter 1.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Final, Unpack
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,16 +22,15 @@ from numpy.typing import ArrayLike, NDArray
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.codes import RESOLVED
 from grazemap_core.contact.stops import Clearance
-from grazemap_core.maps.adaptive_map import Settings
 from grazemap_core.maps.basin_fractions import Point, Runners, from_rest
 from grazemap_core.maps.basins import Coordinate, initial_states, run_states
 from grazemap_core.maps.bifurcation_diagrams import Section
 from grazemap_core.maps.binomial import interval
 from grazemap_core.maps.kernels.lane_state import CODES, GROWTH, HALVES_RUN, REASON, UNVERIFIED
+from grazemap_core.maps.map_settings import DEFAULT_SETTINGS, MapSettings
 from grazemap_core.maps.planes import ParameterLine, Plane, PlaneRunner, SweepEnd
 from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.tolerances import RUN_ON, RUN_ON_PERIODS, RUN_ON_SAMPLE, SIDE_BY_SIDE
-from grazemap_core.maps.unfolding import random_starts
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
 from grazemap_core.records import dataclass
@@ -63,35 +62,34 @@ class ChanceToSettle:
     """Upper end of this interval; 1 for an empty sample."""
 
 
-def chance_in_map(kind: NDArray[Any], plane: Plane, **settings: Unpack[Settings]) -> ChanceToSettle | None:
+def chance_in_map(kind: NDArray[Any], plane: Plane, settings: MapSettings = DEFAULT_SETTINGS) -> ChanceToSettle | None:
     """Return the chance of the chaotic points of an unfolding map to settle; None if it has none.
 
     Parameters
     ----------
     kind : (n, m)
         Positions in `motion.KINDS`.
-    plane, **settings
+    plane, settings
         As of `unfolding.unfolding_map_tile`, of the whole map.
     """
     rows, columns = np.nonzero(kind == _CHAOTIC)
     if len(rows) == 0:
         return None
-    # the defaults are those of `unfolding.unfolding_map_tile`
-    watched, max_period = settings.get("max_periods", 1000), settings.get("max_period", 32)
-    policy = settings.get("policy", "rest")
-    longer = RunSettings(RUN_ON * watched, max_period, linearised=False)
-    if policy == "rest":
+    watched = settings.max_periods
+    longer = RunSettings(RUN_ON * watched, settings.max_period, linearised=False)
+    if settings.policy == "rest":
         runner = PlaneRunner(plane, longer)
         chosen = sample_of_groups(list(runner.groups(rows, columns)), watched)
         return _chance(len(rows), watched, runner.points(rows[chosen], columns[chosen])[0], longer)
     chosen = sample(len(rows), watched)
     sampled = rows[chosen], columns[chosen]
-    if policy == "ensemble":
-        starts = random_starts(plane.oscillator, settings.get("initial_conditions", 16), settings.get("seed", 0))
+    starts = settings.starts(plane.oscillator)
+    if starts is not None:
         return _chance(len(rows), watched, _of_ensemble(plane, starts, watched, longer, *sampled), longer)
     # a sweep reaches the point as in the map, and goes on there
     follows = longer._replace(max_periods=watched, linearised=True, follow=True)
-    return _chance(len(rows), watched, _of_sweep(plane, follows, policy == "sweep-down", *sampled), follows)
+    down = settings.policy == "sweep-down"
+    return _chance(len(rows), watched, _of_sweep(plane, follows, down, *sampled), follows)
 
 
 def _of_ensemble(

@@ -249,7 +249,7 @@ class PlaneRunner:
 
     def __init__(self, plane: Plane, settings: RunSettings) -> None:
         """Allocate scratch for one structure at a time; nothing is run."""
-        self.plane, self._settings = plane.at_own_period, settings
+        self.plane, self.settings = plane.at_own_period, settings
         # quantities are observed of the motion itself, not of the motion divided by the factor of the forces
         observed = settings.observed is not None
         self._scaled = tuple(name for name in ("bias", "forcing") if observed and name in plane.names)
@@ -259,9 +259,9 @@ class PlaneRunner:
 
     def points(self, rows: Indices, columns: Indices) -> tuple[Integers, Floats]:
         """Return codes (k, s, CODES) and figures (k, s, FIGURES) at points (k,); not of a sweep."""
-        starts = 1 if self._settings.starts is None else len(self._settings.starts)
+        starts = 1 if self.settings.starts is None else len(self.settings.starts)
         codes = np.empty((len(rows), starts, lane_state.CODES), dtype=np.int64)
-        more = 0 if self._settings.observed is None else self._settings.observed.count
+        more = 0 if self.settings.observed is None else self.settings.observed.count
         figures = np.empty((*codes.shape[:2], lane_state.FIGURES + more))
         conditions = self._conditions(rows, columns)
         if self._runs_separately:
@@ -277,13 +277,13 @@ class PlaneRunner:
     @property
     def _runs_separately(self) -> bool:
         """Whether no two points share their tables, so that every trajectory has its own."""
-        plain = self._settings.starts is None and self._settings.observed is None
+        plain = self.settings.starts is None and self.settings.observed is None
         return CAN_SEPARATE and plain and all(name == "omega" or name not in PARAMETERS for name in self.plane.names)
 
     def groups(self, rows: Indices, columns: Indices) -> Iterator[Indices]:
         """Yield the positions of points (k,) whose trajectories are simulated side by side."""
         # random initial states do not scale with the forces and the bias
-        varied = (*self._scaled, "omega") if self._settings.starts is None else ("forcing", "bias", "omega")
+        varied = (*self._scaled, "omega") if self.settings.starts is None else ("forcing", "bias", "omega")
         return self.plane.groups(rows, columns, varied)
 
     def sweep(self, rows: Indices, column: int, after: SweepEnd | None = None) -> tuple[Integers, Floats, SweepEnd]:
@@ -333,7 +333,7 @@ class PlaneRunner:
     def grid(self, down: bool = False) -> tuple[Integers, Floats]:
         """Return codes (CODES, n, m, s) and figures (FIGURES, n, m, s) of all points; of a sweep, which may go down."""
         n, m = self.plane.shape
-        if not self._settings.follow:
+        if not self.settings.follow:
             codes, figures = self.points(*self.plane.grid)
         else:
             rows = np.arange(n)[:: -1 if down else 1]
@@ -346,7 +346,7 @@ class PlaneRunner:
     def _run(self, rows: Indices, columns: Indices, conditions: Conditions) -> tuple[Integers, Floats]:
         """Run the trajectories of points that share their tables, under the conditions there."""
         runner, forced = self._forced(int(rows[0]), int(columns[0]))
-        return runner.run(forced, conditions, start_at(self._settings, forced.omega))
+        return runner.run(forced, conditions, start_at(self.settings, forced.omega))
 
     def _run_separately(self, rows: Indices, columns: Indices, conditions: Conditions) -> tuple[Integers, Floats]:
         """Run the trajectories of points that share no tables, under the conditions there."""
@@ -376,7 +376,7 @@ class PlaneRunner:
         if key not in self._runners:
             while len(self._runners) >= _LAST_RUNNERS:
                 del self._runners[next(iter(self._runners))]
-            runner = Runner(self._oscillator(row, column), self._settings, self._last)
+            runner = Runner(self._oscillator(row, column), self.settings, self._last)
             self._last, omegas = runner, self.plane.omegas
             self._runners[key] = runner, dict(zip(omegas.tolist(), runner.forced(omegas), strict=True))
         return self._runners[key]

@@ -63,9 +63,9 @@ class RunSettings(NamedTuple):
     """Settings of a run."""
 
     max_periods: int
-    """As in `unfolding.unfolding_map_tile`."""
+    """As in `MapSettings`."""
     max_period: int
-    """As in `unfolding.unfolding_map_tile`."""
+    """As in `MapSettings`."""
     early: bool = True
     """Whether a trajectory stops once its motion is verified, or named by its returns where it cannot be verified.
     Otherwise all run for `max_periods` and are named by their returns alone."""

@@ -16,7 +16,7 @@ from grazemap_core.arrays import Booleans, Floats, Integers
 from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
 from grazemap_core.contact.stops import Clearance, both_clearances
 from grazemap_core.maps.kernels import lane_state
-from grazemap_core.maps.planes import Plane, start_at
+from grazemap_core.maps.planes import PlaneRunner, start_at
 from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.starts import AboutMiddle, AtRest, BetweenStops
 from grazemap_core.model.oscillator import Oscillator
@@ -73,7 +73,7 @@ class Resolver:
     """Decides the motions of points of one oscillator at one frequency."""
 
     def __init__(self, oscillator: Oscillator, omega: float, max_periods: int = 1000, max_period: int = 32) -> None:
-        """Allocate scratch; limits as in `unfolding.unfolding_map_tile`."""
+        """Allocate scratch; limits as in `MapSettings`."""
         self._oscillator, self._omega, self._max_periods = oscillator, omega, max_periods
         self._runner = Runner(
             oscillator, RunSettings(PERIODS_AT_ONCE * max_period + SPARE_PERIODS, max_period, linearised=False)
@@ -152,24 +152,18 @@ def _at_once(codes: Integers) -> Booleans:
     return np.asarray(verified & early)
 
 
-def resolve_grid(
-    plane: Plane,
-    settings: RunSettings,
-    sensitive: Booleans,
-    codes: Integers,
-    figures: Floats,
-) -> Booleans:
+def resolve_grid(runner: PlaneRunner, sensitive: Booleans, codes: Integers, figures: Floats) -> Booleans:
     """Replace the motions of sensitive trajectories that can be decided. Returns which these are, shape (n, m, s).
 
     Parameters
     ----------
-    plane : Plane
-    settings : RunSettings
+    runner : PlaneRunner
         Not of a sweep.
     sensitive : (n, m, s)
     codes, figures : (CODES, n, m, s), (FIGURES, n, m, s)
         The results of `planes.PlaneRunner.grid`, changed in place.
     """
+    plane, settings = runner.plane, runner.settings
     resolved = np.zeros(sensitive.shape, dtype=np.bool_)
     for i in np.flatnonzero(sensitive.any(axis=(0, 2))).tolist():
         for row, start in np.argwhere(sensitive[:, i]).tolist():

@@ -14,31 +14,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.arrays import Booleans, Floats, Integers
-from grazemap_core.checks import checked_order
 from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.kernels.lane_state import FIGURES, LYAPUNOV_ERROR, SENSITIVE, TRANSIENT_GROWTH, UNVERIFIED
+from grazemap_core.maps.map_settings import DEFAULT_SETTINGS, MapSettings
 from grazemap_core.maps.planes import Plane, PlaneRunner
-from grazemap_core.maps.runner import RunSettings
-from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import KINDS, kinds_of
 from grazemap_core.simulation.observables import Observables
-
-MAP_POLICIES: Final = ("rest", "sweep-up", "sweep-down", "ensemble")
-"""Initial states of a point: at rest; the final state at the next lower, or higher, value of the vertical parameter; or
-several random states, of which the most frequent motion counts."""
 
 _OF_SMALL_CHANGES: Final = ("multiplier", "lyapunov", "lyapunov_error")
 
 
 def unfolding_map_tile(
     plane: Plane,
-    max_periods: int = 1000,
-    max_period: int = 32,
-    policy: str = "rest",
-    initial_conditions: int = 16,
-    seed: int = 0,
-    preview: bool = False,
+    settings: MapSettings = DEFAULT_SETTINGS,
     resolve_sensitive: bool = False,
     observed: Observables | None = None,
 ) -> dict[str, NDArray[Any]]:
@@ -51,23 +40,7 @@ def unfolding_map_tile(
     ----------
     plane : Plane
         n values of the vertical parameter and m of the horizontal one.
-    max_periods : int
-        Maximum number of forcing periods of a trajectory. In the last GROWTH_SHARE of them, or in the last
-        MOST_GROWTH_PERIODS if these are fewer, the growth of small changes is measured, which identifies chaotic and
-        quasi-periodic motions.
-    max_period : int
-        Maximum period n of a motion, in forcing periods.
-    policy : one of MAP_POLICIES
-        A sweep goes along the vertical parameter. It starts from rest at the first value, and after a trajectory that
-        ended early. If the final state is beyond a stop of the next point, the contact is put on that stop with its
-        velocity; this is an impact if it moves into the stop.
-    initial_conditions, seed : int
-        Ensemble only: number of initial states per point, and seed of the random numbers. The states are the same for
-        every point, apart from scale: displacements uniform in (-b, b), velocities in (-omega b, omega b). Where
-        the stops are not alike, the contact is about the middle between them; where there is one, it is within it.
-    preview : bool
-        Whether only periodic motions are identified, which is faster: the growth of small changes is not measured, and
-        a trajectory that has not settled is unresolved, chaotic or not.
+    settings : MapSettings
     resolve_sensitive : bool
         Whether the motions of sensitive points are decided in multi-precision arithmetic where possible
         (`sensitive_points`), which takes seconds a point. Not for a sweep, which starts at rounded states.
@@ -97,33 +70,25 @@ def unfolding_map_tile(
     Raises
     ------
     ParameterError
-        A value is out of its domain, a limit is below 1, there is no such policy, or sensitive points cannot be
-        resolved: the map is a sweep, is observed, or python-flint is not installed.
+        A value is out of its domain, or sensitive points cannot be resolved: the map is a sweep, is observed, or
+        python-flint is not installed.
     """
-    check_map(plane, max_periods, max_period, policy, initial_conditions)
-    resolve_grid = _resolution(policy, observed) if resolve_sensitive else None
-    settings = RunSettings(
-        max_periods=max_periods,
-        max_period=max_period,
-        follow=policy.startswith("sweep"),
-        starts=random_starts(plane.oscillator, initial_conditions, seed) if policy == "ensemble" else None,
-        linearised=not preview,
-        observed=observed,
-    )
-    runner = PlaneRunner(plane, settings)
-    codes, figures = runner.grid(down=policy == "sweep-down")
+    plane.check()
+    resolve_grid = _resolution(settings, observed) if resolve_sensitive else None
+    runner = PlaneRunner(plane, settings.of_runs(plane.oscillator, observed))
+    codes, figures = runner.grid(down=settings.policy == "sweep-down")
     resolved = None
     if resolve_grid is not None:
         sensitive = codes[UNVERIFIED] == ROUNDING_DECIDES
-        resolved = resolve_grid(runner.plane, settings, sensitive, codes, figures)
-    return named_arrays(codes, figures, policy == "ensemble", preview, resolved)
+        resolved = resolve_grid(runner, sensitive, codes, figures)
+    return named_arrays(codes, figures, settings, resolved)
 
 
-def _resolution(policy: str, observed: Observables | None) -> Callable[..., Booleans]:
+def _resolution(settings: MapSettings, observed: Observables | None) -> Callable[..., Booleans]:
     """Return `sensitive_points.resolve_grid`, which needs python-flint."""
     if observed is not None:
         raise ParameterError("resolve_sensitive", "must be false where observables are asked for")
-    if policy.startswith("sweep"):
+    if settings.is_sweep:
         raise ParameterError("resolve_sensitive", "must be false for a sweep, which starts at rounded states")
     try:
         from grazemap_core.maps.sensitive_points import resolve_grid
@@ -135,21 +100,8 @@ def _resolution(policy: str, observed: Observables | None) -> Callable[..., Bool
     return resolve_grid
 
 
-def check_map(plane: Plane, max_periods: int, max_period: int, policy: str, initial_conditions: int) -> None:
-    """Raise ParameterError for a plane, a limit or a policy that `unfolding_map_tile` does not accept."""
-    plane.check()
-    for name, limit in (
-        ("max_periods", max_periods),
-        ("max_period", max_period),
-        ("initial_conditions", initial_conditions),
-    ):
-        checked_order(name, limit, 1)
-    if policy not in MAP_POLICIES:
-        raise ParameterError("policy", f"must be one of {', '.join(MAP_POLICIES)}")
-
-
 def named_arrays(
-    codes: Integers, figures: Floats, ensemble: bool, preview: bool, resolved: Booleans | None = None
+    codes: Integers, figures: Floats, settings: MapSettings, resolved: Booleans | None = None
 ) -> dict[str, NDArray[Any]]:
     """Return the arrays of `unfolding_map_tile` from those of the s trajectories of each point.
 
@@ -157,7 +109,7 @@ def named_arrays(
     `resolved` (n, m, s) are the trajectories that were decided in multi-precision arithmetic.
     """
     chosen = np.zeros(codes.shape[1:3], dtype=np.int64)
-    if ensemble:
+    if settings.is_ensemble:
         chosen, share, motions = _most_frequent(codes)
         arrays = arrays_of(
             np.take_along_axis(codes, chosen[None, :, :, None], axis=3)[..., 0],
@@ -168,23 +120,11 @@ def named_arrays(
         arrays = arrays_of(codes[..., 0], figures[..., 0])
     if resolved is not None:
         arrays["resolved"] = np.take_along_axis(resolved, chosen[..., None], axis=2)[..., 0]
-    arrays = {name: array for name, array in arrays.items() if not (preview and name in _OF_SMALL_CHANGES)}
+    arrays = {name: array for name, array in arrays.items() if not (settings.preview and name in _OF_SMALL_CHANGES)}
     observed = figures[FIGURES:]
     if len(observed):
         arrays["figures"] = np.take_along_axis(observed, chosen[None, :, :, None], axis=3)[..., 0]
     return arrays
-
-
-def random_starts(oscillator: Oscillator, count: int, seed: int) -> Floats:
-    """Return uniform random displacements and velocities in (-1, 1) for `RunSettings.starts`, shape (count, 2, N).
-
-    The contact coordinate too is uniform in (-1, 1).
-    """
-    starts = np.random.default_rng(seed).uniform(-1.0, 1.0, (count, 2, oscillator.size))
-    (named,) = np.nonzero(oscillator.contact)
-    for state in starts:
-        state[0] = oscillator.with_contact(state[0], float(state[0, named[0]]))
-    return starts
 
 
 def arrays_of(codes: Integers, figures: Floats) -> dict[str, NDArray[Any]]:

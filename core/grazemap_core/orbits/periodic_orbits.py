@@ -21,7 +21,7 @@ from grazemap_core.model.own_period import in_own_period
 from grazemap_core.orbits.batches import CONTACTS, ORBIT_REASONS, solve_sequences
 from grazemap_core.orbits.family import OrbitFamily, steady_size
 from grazemap_core.orbits.impact_sequences import ImpactSequence
-from grazemap_core.orbits.kernels.equations import OrbitProblem
+from grazemap_core.orbits.kernels.equations import OrbitImpacts, OrbitProblem
 from grazemap_core.orbits.kernels.newton import CONVERGED
 from grazemap_core.orbits.states import multipliers_of, states_at, with_unseen
 from grazemap_core.orbits.tolerances import MAX_KANTOROVICH
@@ -209,8 +209,8 @@ def solved_orbit(
         x = family.oscillator.with_contact(x, stop * float(both[0 if stop > 0 else 1] or 0.0))
         v = family.oscillator.with_contact(v, float(impacts.velocities[0]))
         state = State(*at_start, 0.0)
-        sides = impacts.stops.astype(np.float64)
-        of_blocks = multipliers_of(problem, sides, stops, phases[0], speeds[0], results.before[0])
+        solved = OrbitImpacts(stops, impacts.stops.astype(np.float64), phases[0], speeds[0])
+        of_blocks = multipliers_of(problem, solved, results.before[0])
         multipliers = with_unseen(family, omega, of_blocks)
     symmetric = converged and stops.symmetric and impacts.mirrors()
     half: Complexes | None = None

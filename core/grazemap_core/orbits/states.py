@@ -9,14 +9,13 @@ import numpy as np
 from scipy.linalg.lapack import dggev
 
 from grazemap_core.arrays import Complexes, Floats
-from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.errors import ConditioningError
 from grazemap_core.grazing.one_impact_family import before_impulse
 from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
-from grazemap_core.orbits.kernels.equations import OrbitProblem
+from grazemap_core.orbits.kernels.equations import OrbitImpacts, OrbitProblem, rebound_of
 from grazemap_core.orbits.kernels.multipliers import block_scales
 
 
@@ -72,9 +71,7 @@ def _blocks_at(
     return np.array(state)
 
 
-def multipliers_of(
-    problem: OrbitProblem, sides: Floats, stops: Stops, phases: Floats, speeds: Floats, before: Floats
-) -> Complexes:
+def multipliers_of(problem: OrbitProblem, impacts: OrbitImpacts, before: Floats) -> Complexes:
     """Return the Floquet multipliers of the blocks over a span, complex (2N,), in the order of `_by_modulus`.
 
     One part of each saltation matrix grows as 1/v where the impact velocity v vanishes. With an additional unknown for
@@ -82,6 +79,7 @@ def multipliers_of(
     multipliers keep their digits beside one that tends to infinity. The infinite eigenvalues that belong to the
     additional unknowns are left out.
     """
+    phases, speeds = impacts.phases, impacts.speeds
     size, count = 2 * len(problem.decay), len(phases)
     scale = np.empty(size // 2)
     block_scales(problem, scale)
@@ -100,7 +98,7 @@ def multipliers_of(
     for i in range(count):
         rows[i] = problem.omega * (place @ change)
         rows[i, size + i] = -speeds[i]
-        rebound = 1.0 + (stops.restitution_right if sides[i] > 0 else stops.restitution_left)
+        rebound = rebound_of(impacts.stops, impacts.sides[i])
         change = change - rebound * (unit_impulse[:, None] * (rate @ change) + drift[:, None] * (place @ change))
         change[:, size + i] += rebound * before[i, 2] * unit_impulse
         end = phases[0] + problem.turn if i == count - 1 else phases[i + 1]

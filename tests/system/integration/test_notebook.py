@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from nbclient import NotebookClient
 
+from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
@@ -24,7 +25,7 @@ NOTEBOOK = Path(__file__).parents[3] / "examples" / "first_hour.ipynb"
 def compiled() -> None:
     """Compile the kernels for the notebook's two masses, so that its cells have the times of what they compute."""
     two_masses = Oscillator.create([1.0, 1.0], [1.0, 1.0], 0.05, [1.0, 0.0], 0.8)
-    unfolding_map_tile(Plane.of(two_masses, np.array([0.5]), np.array([1.0])), max_periods=2)
+    unfolding_map_tile(Plane.of(two_masses, np.array([0.5]), np.array([1.0])), MapSettings(max_periods=2))
 
 
 @pytest.fixture(scope="module")

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from grazemap.wire import Oscillator, notes_on, parse_request
+from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator as CoreOscillator
@@ -144,7 +145,7 @@ def test_a_map_of_the_core_has_the_motions_of_the_forces_own_frequency() -> None
         Plane.of(oscillator, np.array([0.25, 0.28]) / (1 + k), np.linspace(1.2, 1.8, 3))
         for k, oscillator in enumerate(of)
     ]
-    maps = [unfolding_map_tile(plane, max_periods=200) for plane in planes]
+    maps = [unfolding_map_tile(plane, MapSettings(max_periods=200)) for plane in planes]
     for name, values in maps[0].items():
         np.testing.assert_array_equal(values, maps[1][name], err_msg=name)
     assert planes[0].mirrors

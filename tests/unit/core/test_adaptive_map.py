@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps import inferred_points
 from grazemap_core.maps.adaptive_map import LABEL, NOT_COMPUTED, Settings, adaptive_map_tile, complete_map
+from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.tolerances import INFERRED_SAMPLE
 from grazemap_core.maps.unfolding import unfolding_map_tile
@@ -27,12 +28,12 @@ Arrays = dict[str, NDArray[Any]]
 
 @pytest.fixture(scope="module")
 def full() -> Arrays:
-    return unfolding_map_tile(Plane.of(DEFAULT, OMEGA, CLEARANCE), 100)
+    return unfolding_map_tile(Plane.of(DEFAULT, OMEGA, CLEARANCE), MapSettings(100))
 
 
 @pytest.fixture(scope="module")
 def adaptive() -> Arrays:
-    return adaptive_map_tile(Plane.of(DEFAULT, OMEGA, CLEARANCE), max_periods=100)
+    return adaptive_map_tile(Plane.of(DEFAULT, OMEGA, CLEARANCE), MapSettings(max_periods=100))
 
 
 def beside_another(arrays: Arrays) -> NDArray[np.bool_]:
@@ -78,14 +79,16 @@ def test_tiles_are_joined_without_contradictions_along_their_seams(full: Arrays)
     whole["computed"] = np.empty(full["kind"].shape, np.bool_)
     for top, bottom in pairwise(rows):
         for left, right in pairwise(columns):
-            tile = adaptive_map_tile(Plane.of(DEFAULT, OMEGA[left:right], CLEARANCE[top:bottom]), max_periods=100)
+            tile = adaptive_map_tile(
+                Plane.of(DEFAULT, OMEGA[left:right], CLEARANCE[top:bottom]), MapSettings(max_periods=100)
+            )
             for name in whole:
                 whole[name][top:bottom, left:right] = tile[name]
     before = whole["computed"].copy()
     doubtful = ~before & (whole["kind"] == PERIODIC) & beside_another(whole)
     assert doubtful.any()
     row, column, figures, _ = complete_map(
-        Plane.of(DEFAULT, OMEGA, CLEARANCE), whole, rows[1:-1], columns[1:-1], max_periods=100
+        Plane.of(DEFAULT, OMEGA, CLEARANCE), whole, rows[1:-1], columns[1:-1], MapSettings(max_periods=100)
     )
     assert whole["computed"][doubtful].all()
     assert not (~whole["computed"] & (whole["kind"] == PERIODIC) & beside_another(whole)).any()
@@ -100,7 +103,9 @@ def test_tiles_are_joined_without_contradictions_along_their_seams(full: Arrays)
 
 def test_a_map_without_contradictions_at_its_seams_changes_at_the_sample_only(full: Arrays, adaptive: Arrays) -> None:
     whole = {name: array.copy() for name, array in adaptive.items()}
-    rows, columns, _, check = complete_map(Plane.of(DEFAULT, OMEGA, CLEARANCE), whole, [30], [7, 21], max_periods=100)
+    rows, columns, _, check = complete_map(
+        Plane.of(DEFAULT, OMEGA, CLEARANCE), whole, [30], [7, 21], MapSettings(max_periods=100)
+    )
     named = ~adaptive["computed"] & (adaptive["kind"] != UNRESOLVED)
     assert check is not None
     wrong = named & (full["sensitive"] | np.any([adaptive[name] != full[name] for name in MOTIONS], axis=0))
@@ -125,7 +130,9 @@ def test_wrong_points_of_the_sample_are_counted_and_the_map_is_closed_around_the
     # in the lower half all inferred points have another motion
     inside = ~whole["computed"] & (whole["kind"] == PERIODIC) & (CLEARANCE < 1.915)[:, None]
     whole["period"][inside] = 7
-    row, column, figures, check = complete_map(Plane.of(DEFAULT, OMEGA, CLEARANCE), whole, [], [], max_periods=100)
+    row, column, figures, check = complete_map(
+        Plane.of(DEFAULT, OMEGA, CLEARANCE), whole, [], [], MapSettings(max_periods=100)
+    )
     assert check is not None
     assert check.sampled == adaptive["computed"].sum() < check.inferred
     assert 0.0 < check.low < check.wrong / check.sampled < check.high
@@ -138,8 +145,8 @@ def test_an_ensemble_is_inferred_up_to_mirror_images() -> None:
     # one-sided motions, for the most part
     omega, clearance = np.linspace(0.285, 0.297, 33), np.linspace(1.84, 1.91, 33)
     settings: Settings = {"max_periods": 60, "max_period": 8, "policy": "ensemble", "initial_conditions": 1, "seed": 3}
-    full = unfolding_map_tile(Plane.of(DEFAULT, omega, clearance), **settings)
-    adaptive = adaptive_map_tile(Plane.of(DEFAULT, omega, clearance), **settings)
+    full = unfolding_map_tile(Plane.of(DEFAULT, omega, clearance), MapSettings(**settings))
+    adaptive = adaptive_map_tile(Plane.of(DEFAULT, omega, clearance), MapSettings(**settings))
     computed = adaptive["computed"]
     for name, array in full.items():
         assert adaptive[name][computed].tobytes() == array[computed].tobytes(), name
@@ -155,8 +162,8 @@ def test_an_ensemble_is_inferred_up_to_mirror_images() -> None:
 
 
 def test_computed_points_of_a_preview_are_those_of_the_full_preview() -> None:
-    full = unfolding_map_tile(Plane.of(DEFAULT, OMEGA, CLEARANCE), 100, preview=True)
-    adaptive = adaptive_map_tile(Plane.of(DEFAULT, OMEGA, CLEARANCE), max_periods=100, preview=True)
+    full = unfolding_map_tile(Plane.of(DEFAULT, OMEGA, CLEARANCE), MapSettings(100, preview=True))
+    adaptive = adaptive_map_tile(Plane.of(DEFAULT, OMEGA, CLEARANCE), MapSettings(max_periods=100, preview=True))
     computed = adaptive.pop("computed")
     assert adaptive.keys() == full.keys()
     assert 0.1 < computed.mean() < 0.9
@@ -167,13 +174,16 @@ def test_computed_points_of_a_preview_are_those_of_the_full_preview() -> None:
 @pytest.mark.parametrize("policy", ["sweep-up", "sweep-down", "none"])
 def test_a_sweep_has_to_compute_every_point(policy: str) -> None:
     with pytest.raises(ParameterError, match="policy"):
-        adaptive_map_tile(Plane.of(DEFAULT, OMEGA, CLEARANCE), policy=policy)
+        adaptive_map_tile(Plane.of(DEFAULT, OMEGA, CLEARANCE), MapSettings(policy=policy))
 
 
 @pytest.mark.parametrize(("columns", "rows"), [(1, 1), (1, 30), (9, 1), (2, 2)])
 def test_grids_of_any_size_are_computed(columns: int, rows: int) -> None:
     grid = (DEFAULT, OMEGA[:columns], CLEARANCE[:rows])
-    full, adaptive = unfolding_map_tile(Plane.of(*grid), 60), adaptive_map_tile(Plane.of(*grid), max_periods=60)
+    full, adaptive = (
+        unfolding_map_tile(Plane.of(*grid), MapSettings(60)),
+        adaptive_map_tile(Plane.of(*grid), MapSettings(max_periods=60)),
+    )
     computed = adaptive["computed"]
     assert computed[[0, 0, -1, -1], [0, -1, 0, -1]].all()
     assert all((adaptive[name] == full[name])[computed].all() for name in LABEL)

@@ -8,6 +8,7 @@ import pytest
 from grazemap_core.codes import ROUNDING_DECIDES, STICKS
 from grazemap_core.maps.bifurcation_diagrams import EXPONENT_PERIODS, sections
 from grazemap_core.maps.kernels.lane_state import IMPACTS
+from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.unfolding import unfolding_map_tile
@@ -71,7 +72,7 @@ def test_a_sweep_keeps_to_its_branch_and_agrees_with_the_closed_form():
 def test_sweeps_name_what_sweeps_of_maps_name():
     clearance = np.linspace(1.55, 1.95, 15)
     for policy in ("rest", "sweep-up", "sweep-down"):
-        tile = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.29]), clearance), policy=policy)
+        tile = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.29]), clearance), MapSettings(policy=policy))
         diagram = list(sections(line(DEFAULT, "clearance", clearance, 0.29), policy, transient_periods=1000))
         if policy == "sweep-down":
             diagram = diagram[::-1]
@@ -87,7 +88,9 @@ def test_sweeps_name_what_sweeps_of_maps_name():
 
 def test_labels_from_rest_are_those_of_a_map():
     clearance = np.linspace(1.3, 1.99, 9)
-    tile = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.28]), clearance), max_periods=30 + 20 + EXPONENT_PERIODS)
+    tile = unfolding_map_tile(
+        Plane.of(DEFAULT, np.array([0.28]), clearance), MapSettings(max_periods=30 + 20 + EXPONENT_PERIODS)
+    )
     diagram = list(sections(line(DEFAULT, "clearance", clearance, 0.28), "rest", 20, 30))
     assert {section.motion.kind for section in diagram} == {"chaotic", "periodic"}
     assert [KINDS.index(section.motion.kind) for section in diagram] == tile["kind"][:, 0].tolist()

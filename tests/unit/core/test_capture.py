@@ -15,6 +15,7 @@ from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.maps.basins import Coordinate, basin_tile
 from grazemap_core.maps.bifurcation_diagrams import sections
 from grazemap_core.maps.kernels import lane_state
+from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.starts import AtRest
@@ -75,7 +76,9 @@ def test_a_trajectory_that_passes_an_orbit_is_named_after_where_it_goes(
     place: tuple[float, float], motion: list[int], preview: bool
 ) -> None:
     omega, clearance = place
-    point = unfolding_map_tile(Plane.of(DEFAULT, np.array([omega]), np.array([clearance])), preview=preview)
+    point = unfolding_map_tile(
+        Plane.of(DEFAULT, np.array([omega]), np.array([clearance])), MapSettings(preview=preview)
+    )
     assert point["verified"][0, 0]
     assert [int(point[name][0, 0]) for name in ("period", "impacts_right", "impacts_left")] == motion
     across, up = (Coordinate(quantity, 1, np.array([-0.1, 0.0])) for quantity in ("displacement", "velocity"))
@@ -198,7 +201,7 @@ def test_a_flight_whose_ratio_is_below_one_touches_no_stop() -> None:
 def test_what_is_not_captured_says_so() -> None:
     """With few periods, trajectories on the way to an orbit are named after it, without being verified."""
     omega, clearance = np.linspace(0.26, 0.30, 6), np.linspace(1.3, 2.0, 48)
-    early = unfolding_map_tile(Plane.of(DEFAULT, omega, clearance), max_periods=45)
+    early = unfolding_map_tile(Plane.of(DEFAULT, omega, clearance), MapSettings(max_periods=45))
     late = unfolding_map_tile(Plane.of(DEFAULT, omega, clearance))
     slow = early["reason"] == NOT_CAPTURED
     assert np.any(slow)

@@ -20,6 +20,7 @@ from grazemap_core.maps.chaotic_transients import (
     sample,
     sample_of_groups,
 )
+from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.maps.planes import Plane, PlaneRunner
 from grazemap_core.maps.runner import RunSettings
 from grazemap_core.maps.tolerances import RUN_ON, RUN_ON_PERIODS, RUN_ON_SAMPLE, SIDE_BY_SIDE
@@ -68,10 +69,10 @@ WATCHED = 150
 
 @WINDOWS
 def test_the_sample_of_a_map_settles_where_a_longer_map_is_periodic(window: Window) -> None:
-    short = unfolding_map_tile(Plane.of(*window), WATCHED)
-    chance = chance_in_map(short["kind"], Plane.of(*window), max_periods=WATCHED)
+    short = unfolding_map_tile(Plane.of(*window), MapSettings(WATCHED))
+    chance = chance_in_map(short["kind"], Plane.of(*window), MapSettings(max_periods=WATCHED))
     assert chance is not None
-    longer = unfolding_map_tile(Plane.of(*window), RUN_ON * WATCHED, preview=True)
+    longer = unfolding_map_tile(Plane.of(*window), MapSettings(RUN_ON * WATCHED, preview=True))
     rows, columns = np.nonzero(short["kind"] == CHAOTIC)
     chosen = sample_of_groups([np.flatnonzero(columns == column) for column in np.unique(columns)], WATCHED)
     then = longer["kind"][rows[chosen], columns[chosen]]
@@ -89,11 +90,11 @@ def test_a_point_is_run_on_along_the_trajectory_of_the_map(
     policy: str, window: Window, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     settings: dict[str, Any] = {"max_periods": WATCHED, "policy": policy, "initial_conditions": 3}
-    kind = unfolding_map_tile(Plane.of(*window), **settings)["kind"]
-    longer = chance_in_map(kind, Plane.of(*window), **settings)
+    kind = unfolding_map_tile(Plane.of(*window), MapSettings(**settings))["kind"]
+    longer = chance_in_map(kind, Plane.of(*window), MapSettings(**settings))
     # after as many periods as in the map nothing of it is periodic
     monkeypatch.setattr(chaotic_transients, "RUN_ON", 1)
-    chance = chance_in_map(kind, Plane.of(*window), **settings)
+    chance = chance_in_map(kind, Plane.of(*window), MapSettings(**settings))
     assert longer is not None
     assert chance is not None
     assert (longer.sampled, chance.sampled, chance.settled) == (RUN_ON_SAMPLE, RUN_ON_SAMPLE, 0)
@@ -121,20 +122,22 @@ def test_a_column_is_swept_once_for_all_points_of_its_sample(down: bool, monkeyp
 def test_a_sweep_of_one_clearance_is_run_on_as_the_map_from_rest(window: Window) -> None:
     for row in (0, 2):
         arguments = window.row(row)
-        kind = unfolding_map_tile(Plane.of(*arguments), WATCHED)["kind"]
-        rest = chance_in_map(kind, Plane.of(*arguments), max_periods=WATCHED)
+        kind = unfolding_map_tile(Plane.of(*arguments), MapSettings(WATCHED))["kind"]
+        rest = chance_in_map(kind, Plane.of(*arguments), MapSettings(max_periods=WATCHED))
         assert rest is not None
         assert rest.settled > 0
         for policy in ("sweep-up", "sweep-down"):
-            assert chance_in_map(kind, Plane.of(*arguments), max_periods=WATCHED, policy=policy) == rest
+            assert chance_in_map(kind, Plane.of(*arguments), MapSettings(max_periods=WATCHED, policy=policy)) == rest
 
 
 def test_points_that_are_not_chaotic_have_no_chance_and_planted_ones_settle() -> None:
     omega, clearance = np.array([0.29]), np.array([1.6, 1.7])
-    kind = unfolding_map_tile(Plane.of(DEFAULT, omega, clearance), 200)["kind"]
+    kind = unfolding_map_tile(Plane.of(DEFAULT, omega, clearance), MapSettings(200))["kind"]
     assert np.all(kind == PERIODIC)
-    assert chance_in_map(kind, Plane.of(DEFAULT, omega, clearance), max_periods=200) is None
-    planted = chance_in_map(np.full_like(kind, CHAOTIC), Plane.of(DEFAULT, omega, clearance), max_periods=200)
+    assert chance_in_map(kind, Plane.of(DEFAULT, omega, clearance), MapSettings(max_periods=200)) is None
+    planted = chance_in_map(
+        np.full_like(kind, CHAOTIC), Plane.of(DEFAULT, omega, clearance), MapSettings(max_periods=200)
+    )
     assert planted is not None
     assert (planted.sampled, planted.settled, planted.high) == (2, 2, 1.0)
 
@@ -187,8 +190,8 @@ def test_a_diagram_is_run_on_from_the_starts_of_its_trajectories(
 @WINDOWS
 def test_a_trajectory_that_ends_early_does_not_count(window: Window) -> None:
     point = window._replace(omega=np.array([0.9]), clearance=np.array([1e-17]))
-    assert unfolding_map_tile(Plane.of(*point), 50)["reason"] == HIDDEN_BY_ROUNDING
-    chance = chance_in_map(np.full((1, 1), CHAOTIC), Plane.of(*point), max_periods=50)
+    assert unfolding_map_tile(Plane.of(*point), MapSettings(50))["reason"] == HIDDEN_BY_ROUNDING
+    chance = chance_in_map(np.full((1, 1), CHAOTIC), Plane.of(*point), MapSettings(max_periods=50))
     assert chance is not None
     assert (chance.sampled, chance.low, chance.high) == (0, 0.0, 1.0)
     assert np.isnan(chance.chance)

@@ -12,6 +12,7 @@ import pytest
 from grazemap_core.grazing.grazing_curve import VariedStop
 from grazemap_core.maps.borders.map_borders import EXPLANATIONS, MapBorders, map_borders
 from grazemap_core.maps.borders.motion_grid import MotionGrid, MotionName
+from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.maps.margins import grazing_margins
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
@@ -132,7 +133,7 @@ def test_mirror_images_have_names_of_their_own_between_unlike_stops() -> None:
         (UNLIKE, CLEARANCE[:4], MotionName(1, 1, 2, False, False)),
         (DEFAULT, pairs(None, 1.81)[:4], MotionName(1, 1, 2, False, False)),
     ):
-        arrays = unfolding_map_tile(Plane.of(oscillator, OMEGA[:3], clearance), max_periods=20)
+        arrays = unfolding_map_tile(Plane.of(oscillator, OMEGA[:3], clearance), MapSettings(max_periods=20))
         changed = planted(arrays, (1, 1), kind=PERIODIC, period=1, sticking=False, **impacts)
         grid = MotionGrid.of(Plane.of(oscillator, OMEGA[:3], clearance), changed)
         assert grid.name_at((1, 1)) == expected

@@ -6,6 +6,7 @@ import pytest
 from grazemap_core.codes import NOT_CLOSED
 from grazemap_core.errors import LinearisationError
 from grazemap_core.maps.kernels import lane_state
+from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.maps.planes import Plane, PlaneRunner
 from grazemap_core.maps.runner import RunSettings
 from grazemap_core.maps.unfolding import unfolding_map_tile
@@ -62,7 +63,7 @@ def test_without_impacts_the_slowest_mode_gives_the_exponent() -> None:
 
 
 def test_an_exponent_is_finite_where_its_multiplier_underflows() -> None:
-    tile = unfolding_map_tile(Plane.of(DEFAULT, np.array([5e-5, 1e-4]), np.array([5.0])), 5, 1)
+    tile = unfolding_map_tile(Plane.of(DEFAULT, np.array([5e-5, 1e-4]), np.array([5.0])), MapSettings(5, 1))
     assert tile["multiplier"][0, 0] == 0.0
     assert tile["lyapunov"][0, 0] == pytest.approx(2.0 * tile["lyapunov"][0, 1], rel=1e-9)
     assert np.isfinite(tile["lyapunov"]).all()
@@ -94,14 +95,14 @@ def test_chaos_is_named_with_its_exponent() -> None:
 def test_chaos_with_uneven_growth_is_named() -> None:
     """Its exponent is within five standard errors of zero after 500 periods, beyond them after 4000."""
     omega, clearances = np.array([0.297]), np.linspace(1.33, 1.385, 96)
-    short = unfolding_map_tile(Plane.of(DEFAULT, omega, clearances), max_periods=500)
+    short = unfolding_map_tile(Plane.of(DEFAULT, omega, clearances), MapSettings(max_periods=500))
     uneven = ((short["kind"] == CHAOTIC) & (short["lyapunov"] < 5.0 * short["lyapunov_error"]))[:, 0]
     assert uneven.sum() >= 8
-    long = unfolding_map_tile(Plane.of(DEFAULT, omega, clearances[uneven]), max_periods=4000)
+    long = unfolding_map_tile(Plane.of(DEFAULT, omega, clearances[uneven]), MapSettings(max_periods=4000))
     assert (long["lyapunov"] > 5.0 * long["lyapunov_error"]).mean() > 0.8
     assert (long["kind"] == CHAOTIC).all()
     # with less time it is not told
-    brief = unfolding_map_tile(Plane.of(DEFAULT, omega, clearances[uneven]), max_periods=150)
+    brief = unfolding_map_tile(Plane.of(DEFAULT, omega, clearances[uneven]), MapSettings(max_periods=150))
     assert (brief["kind"] == UNRESOLVED).mean() > 0.8
 
 
@@ -133,7 +134,9 @@ def test_a_torus_is_not_chaotic_where_the_growth_of_all_windows_is_the_same() ->
 @pytest.mark.parametrize("numbers", TORI)
 def test_a_motion_on_a_torus_is_named(numbers: tuple) -> None:  # type: ignore[type-arg]
     oscillator, omega, clearance = Oscillator.create(*numbers[:5]), numbers[5], numbers[6]
-    tile = unfolding_map_tile(Plane.of(oscillator, np.array([omega]), np.array([clearance])), max_periods=2500)
+    tile = unfolding_map_tile(
+        Plane.of(oscillator, np.array([omega]), np.array([clearance])), MapSettings(max_periods=2500)
+    )
     assert tile["kind"][0, 0] == QUASI_PERIODIC
     assert abs(tile["lyapunov"][0, 0]) < 1e-3
     assert tile["settled_after"][0, 0] == -1
@@ -164,11 +167,11 @@ def test_a_sweep_follows_its_motion() -> None:
     """Up and down, a sweep stays on a branch past where rest leads elsewhere; every column on its own."""
     omega, clearances = np.array([0.27, 0.281]), np.linspace(1.5, 1.9, 41)
     maps = {
-        policy: unfolding_map_tile(Plane.of(DEFAULT, omega, clearances), 400, policy=policy)
+        policy: unfolding_map_tile(Plane.of(DEFAULT, omega, clearances), MapSettings(400, policy=policy))
         for policy in ("rest", "sweep-up", "sweep-down")
     }
     for policy in ("sweep-up", "sweep-down"):
-        alone = unfolding_map_tile(Plane.of(DEFAULT, omega[1:], clearances), 400, policy=policy)
+        alone = unfolding_map_tile(Plane.of(DEFAULT, omega[1:], clearances), MapSettings(400, policy=policy))
         for name, array in alone.items():
             assert array.tobytes() == maps[policy][name][:, 1:].tobytes(), name
         # it begins at rest at its first clearance
@@ -190,7 +193,7 @@ def test_a_sweep_follows_its_motion() -> None:
 def test_a_sweep_continues_from_the_final_state_of_the_previous_point(policy: str) -> None:
     """The same sweep by single trajectories, each from the last one's end, settled to round-off."""
     omega, clearances = 0.27, np.linspace(1.6, 1.7, 6)
-    tile = unfolding_map_tile(Plane.of(DEFAULT, np.array([omega]), clearances), policy=policy)
+    tile = unfolding_map_tile(Plane.of(DEFAULT, np.array([omega]), clearances), MapSettings(policy=policy))
     order = range(6) if policy == "sweep-up" else range(5, -1, -1)
     displacement, velocity = np.zeros(3), np.zeros(3)
     compared = 0
@@ -220,9 +223,11 @@ def test_a_sweep_continues_from_the_final_state_of_the_previous_point(policy: st
 
 def test_an_ensemble_counts_the_motions_to_which_its_states_lead() -> None:
     omega, clearances = np.array([0.29]), np.array([1.9, 1.9927])
-    tile = unfolding_map_tile(Plane.of(DEFAULT, omega, clearances), policy="ensemble", initial_conditions=12, seed=4)
+    tile = unfolding_map_tile(
+        Plane.of(DEFAULT, omega, clearances), MapSettings(policy="ensemble", initial_conditions=12, seed=4)
+    )
     again = unfolding_map_tile(
-        Plane.of(DEFAULT, omega, clearances[1:]), policy="ensemble", initial_conditions=12, seed=4
+        Plane.of(DEFAULT, omega, clearances[1:]), MapSettings(policy="ensemble", initial_conditions=12, seed=4)
     )
     for name, array in again.items():
         assert array.tobytes() == tile[name][1:].tobytes(), name

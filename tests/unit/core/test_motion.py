@@ -5,6 +5,7 @@ import pytest
 
 from grazemap_core import codes
 from grazemap_core.contact.kernels.runs import MIN_UNPRESSED_SPEED, new_run
+from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
@@ -93,11 +94,11 @@ def test_periods_beyond_the_longest_are_not_named() -> None:
 
 def test_map_agrees_with_single_trajectories_and_with_any_tiling() -> None:
     omega, clearance = np.linspace(0.26, 0.30, 6), np.linspace(1.4, 2.0, 7)
-    whole = unfolding_map_tile(Plane.of(DEFAULT, omega, clearance), max_periods=300)
+    whole = unfolding_map_tile(Plane.of(DEFAULT, omega, clearance), MapSettings(max_periods=300))
     for name, array in whole.items():
         parts = [
             [
-                unfolding_map_tile(Plane.of(DEFAULT, omega[j : j + 2], clearance[i : i + 3]), 300)[name]
+                unfolding_map_tile(Plane.of(DEFAULT, omega[j : j + 2], clearance[i : i + 3]), MapSettings(300))[name]
                 for j in (0, 2, 4)
             ]
             for i in (0, 3, 6)
@@ -112,7 +113,7 @@ def test_map_agrees_with_single_trajectories_and_with_any_tiling() -> None:
 
 
 def test_unresolved_points_have_a_reason_and_no_numbers() -> None:
-    result = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.29]), np.array([1.6])), max_periods=3)
+    result = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.29]), np.array([1.6])), MapSettings(max_periods=3))
     assert KINDS[result["kind"][0, 0]] == "unresolved"
     assert REASONS[result["reason"][0, 0]]
     assert result["period"][0, 0] == 0
@@ -122,7 +123,7 @@ def test_unresolved_points_have_a_reason_and_no_numbers() -> None:
 @pytest.mark.thorough  # ten million impacts, and the kernels for one mass
 def test_an_elastic_mass_between_close_stops_ends_with_too_many_impacts() -> None:
     elastic = Oscillator.create([1.0], [1.0], 0.0, [0.7], 1.0)
-    result = unfolding_map_tile(Plane.of(elastic, np.array([0.3]), np.array([1e-3])), max_periods=100_000)
+    result = unfolding_map_tile(Plane.of(elastic, np.array([0.3]), np.array([1e-3])), MapSettings(max_periods=100_000))
     assert REASONS[result["reason"][0, 0]].startswith("too many impacts")
 
 

@@ -13,6 +13,7 @@ from scipy.linalg import eigvalsh
 
 from grazemap_core.arrays import Floats
 from grazemap_core.errors import ParameterError
+from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
@@ -165,8 +166,8 @@ def test_a_map_has_the_values_of_its_motions() -> None:
     omega, clearance = np.array([0.27, 0.2872]), np.array([1.35, 1.6, 1.85, 2.4])
     dense = dataclasses.replace(DEFAULT, restitution_left=0.6)
     for oscillator in (DEFAULT, dense):
-        plain = unfolding_map_tile(Plane.of(oscillator, omega, clearance), max_periods=400)
-        tile = unfolding_map_tile(Plane.of(oscillator, omega, clearance), max_periods=400, observed=WANTED)
+        plain = unfolding_map_tile(Plane.of(oscillator, omega, clearance), MapSettings(max_periods=400))
+        tile = unfolding_map_tile(Plane.of(oscillator, omega, clearance), MapSettings(max_periods=400), observed=WANTED)
         figures = tile.pop("figures")
         assert all(array.tobytes() == plain[name].tobytes() for name, array in tile.items())
         assert set(plain) == set(tile)
@@ -189,7 +190,7 @@ def test_motions_with_rests_are_followed_until_they_close() -> None:
     oscillator = dataclasses.replace(DEFAULT, restitution=0.2)
     omega, clearance = np.array([0.12, 0.2]), np.array([0.5, 1.0])
     wanted = observables(oscillator)
-    tile = unfolding_map_tile(Plane.of(oscillator, omega, clearance), max_periods=400, observed=wanted)
+    tile = unfolding_map_tile(Plane.of(oscillator, omega, clearance), MapSettings(max_periods=400), observed=wanted)
     resting = tile["sticking"] & (tile["kind"] == 1)
     assert np.count_nonzero(resting) >= 2
     for row, column in zip(*np.nonzero(resting), strict=True):

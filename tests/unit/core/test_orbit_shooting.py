@@ -7,14 +7,14 @@ import functools
 import numpy as np
 import pytest
 
-from grazemap_core.contact.kernels.stops import Stops
+from grazemap_core.arrays import Floats
 from grazemap_core.contact.stops import stops_between
 from grazemap_core.grazing.grazing_curve import grazing_curve
 from grazemap_core.model.kernels.response_sums import ALTERNATING, SAME_SIGN, block_sum
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.family import OrbitFamily, steady_size
-from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
-from grazemap_core.orbits.kernels.equations import OrbitProblem, assemble
+from grazemap_core.orbits.impact_sequences import impacts_of
+from grazemap_core.orbits.kernels.equations import OrbitImpacts, OrbitProblem, assemble
 from grazemap_core.orbits.kernels.shooting import Shooting, norm_of_inverse, shoot, shooting, solve_step
 from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
 from grazemap_core.simulation.trajectories import trajectory
@@ -58,10 +58,10 @@ def problem_of(chain: Oscillator, orbit: PeriodicOrbit) -> tuple[OrbitProblem, S
     return problem, room
 
 
-def dense(problem: OrbitProblem, impacts: ImpactSequence, stops: Stops, phases, speeds):  # type: ignore[no-untyped-def]
-    count = len(impacts.stops)
+def dense(problem: OrbitProblem, impacts: OrbitImpacts) -> tuple[Floats, Floats, Floats]:
+    count = len(impacts.phases)
     residual, jacobian, before = np.zeros(2 * count), np.zeros((2 * count, 2 * count + 1)), np.zeros((count, 3))
-    assemble(problem, impacts.stops.astype(float), stops, phases, speeds, residual, jacobian, before)
+    assemble(problem, impacts, residual, jacobian, before)
     return residual, jacobian[:, : 2 * count], before
 
 
@@ -84,22 +84,23 @@ def test_shooting_agrees_with_the_direct_sums(place: int) -> None:
     rng = np.random.default_rng(place)
     speeds = impacts.velocities / (problem.omega * problem.length) * (1.0 + 1e-3 * rng.normal(size=count))
     phases = impacts.phases + 1e-3 * rng.normal(size=count)
-    residual, jacobian, before = dense(problem, impacts, stops, phases, speeds)
-    largest, terms = shoot(problem, sides, stops, phases, speeds, room)
+    near = OrbitImpacts(stops, sides, phases, speeds)
+    residual, jacobian, before = dense(problem, near)
+    largest, terms = shoot(problem, near, room)
     # both are sums of terms that cancel
     assert np.abs(room.residual.T.ravel() - residual).max() <= 1e-14 * terms
     assert largest == np.abs(room.residual).max()
     assert np.abs(room.before - before).max() <= 1e-13 * terms
-    norm = solve_step(problem, sides, stops, speeds, room)
+    norm = solve_step(problem, near, room)
     step = np.linalg.solve(jacobian, -residual)
     assert norm == pytest.approx(np.abs(step).max(), rel=1e-9)
     np.testing.assert_allclose(room.step.T.ravel(), step, rtol=0.0, atol=1e-9 * np.abs(step).max())
     inverse = np.abs(np.linalg.inv(jacobian)).sum(axis=1).max()
-    assert norm_of_inverse(problem, sides, stops, speeds, room) == pytest.approx(inverse, rel=1e-9)
+    assert norm_of_inverse(problem, near, room) == pytest.approx(inverse, rel=1e-9)
 
-    speeds, phases = impacts.velocities / (problem.omega * problem.length), impacts.phases
-    shoot(problem, sides, stops, phases, speeds, room)
-    assert solve_step(problem, sides, stops, speeds, room) < 1e-11
+    exact = OrbitImpacts(stops, sides, impacts.phases, impacts.velocities / (problem.omega * problem.length))
+    shoot(problem, exact, room)
+    assert solve_step(problem, exact, room) < 1e-11
     told = np.sort(np.abs(np.linalg.eigvals(room.turned[:, :-1])))[::-1]
     expected = orbit.half_multipliers if impacts.symmetric else orbit.multipliers
     np.testing.assert_allclose(told[:2], np.sort(np.abs(expected))[::-1][:2], rtol=1e-8)
@@ -109,9 +110,8 @@ def test_a_singular_matrix_has_no_step() -> None:
     """Of an impact of velocity 0 the walk divides by it."""
     chain, orbit = orbits()[0]
     problem, room = problem_of(chain, orbit)
-    impacts = orbit.impacts
-    speeds = np.zeros(len(impacts.stops))
-    sides, stops = impacts.stops.astype(float), stops_between(chain, orbit.clearance, 0.0)
-    shoot(problem, sides, stops, impacts.phases, speeds, room)
+    stops, sides = stops_between(chain, orbit.clearance, 0.0), orbit.impacts.stops.astype(float)
+    impacts = OrbitImpacts(stops, sides, orbit.impacts.phases, np.zeros(len(sides)))
+    shoot(problem, impacts, room)
     room.before[:, 1] = 0.0
-    assert solve_step(problem, sides, stops, speeds, room) == np.inf
+    assert solve_step(problem, impacts, room) == np.inf

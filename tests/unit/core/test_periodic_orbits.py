@@ -21,7 +21,7 @@ from grazemap_core.orbits.batches import solve_sequences
 from grazemap_core.orbits.family import OrbitFamily, steady_size
 from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
 from grazemap_core.orbits.kernels.admissibility import NO_FURTHER_CONTACT
-from grazemap_core.orbits.kernels.equations import assemble, assemble_doubled
+from grazemap_core.orbits.kernels.equations import OrbitImpacts, assemble, assemble_doubled
 from grazemap_core.orbits.kernels.newton import CONVERGED
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
@@ -186,7 +186,7 @@ def test_the_derivatives_are_those_of_the_equations():
             def residual(phases, speeds, omega, family=family, sides=sides, stops=stops):
                 problem = family.problem(omega, 2.0, family.steady(omega))
                 left, matrix, before = np.zeros(6), np.zeros((6, 7)), np.zeros((3, 3))
-                assemble(problem, sides, stops, phases, speeds, left, matrix, before)
+                assemble(problem, OrbitImpacts(stops, sides, phases, speeds), left, matrix, before)
                 return left, matrix, before
 
             _, matrix, before = residual(phases, speeds, omega)
@@ -205,17 +205,19 @@ def test_the_derivatives_are_those_of_the_equations():
             sign = -1.0 if symmetric else 1.0
             assemble(
                 whole.problem(omega, 2.0, whole.steady(omega)),
-                np.concatenate([sides, sign * sides]),
-                stops,
-                np.concatenate([phases, phases + turn]),
-                np.concatenate([speeds, sign * speeds]),
+                OrbitImpacts(
+                    stops,
+                    np.concatenate([sides, sign * sides]),
+                    np.concatenate([phases, phases + turn]),
+                    np.concatenate([speeds, sign * speeds]),
+                ),
                 np.zeros(12),
                 both,
                 np.zeros((6, 3)),
             )
             doubled = np.zeros((6, 6))
             problem = family.problem(omega, 2.0, family.steady(omega))
-            assemble_doubled(problem, sides, stops, phases, speeds, before, doubled)
+            assemble_doubled(problem, OrbitImpacts(stops, sides, phases, speeds), before, doubled)
             rows, first = np.r_[0:3, 6:9], both[np.r_[0:3, 6:9]]
             assert rows.shape == (6,)
             # a change of velocities is mirrored too: phases come back with -1, velocities with -sign

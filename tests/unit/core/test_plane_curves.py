@@ -14,6 +14,7 @@ from grazemap_core.continuation.motion_curves import motion_curves, orbit_in_win
 from grazemap_core.continuation.parameters import PARAMETERS, ParameterPoint, check_domain, check_interval
 from grazemap_core.grazing.grazing_curve import VariedStop, grazing_curve, stop_grazes
 from grazemap_core.maps.borders.map_borders import EXPLANATIONS, MapBorders, map_borders
+from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.maps.margins import steady_on
 from grazemap_core.maps.plane_grazes import GrazeLine, graze_lines
 from grazemap_core.maps.planes import Axis, Plane
@@ -271,7 +272,7 @@ def test_borders_of_maps_over_any_two_parameters_are_explained(name: str) -> Non
     oscillator, *axes = BORDERED[name]
     across, up = (Axis(axis, np.linspace(start, stop, 10)) for axis, start, stop in axes)
     plane = Plane(oscillator, ParameterPoint.of(oscillator, 0.28, 1.89), across, up)
-    arrays = unfolding_map_tile(plane, max_periods=600)
+    arrays = unfolding_map_tile(plane, MapSettings(max_periods=600))
     borders = map_borders(plane, arrays)
     assert count(borders, "curve") > 0, [(c.type, c.name) for c in borders.curves]
     unexplained = borders.explanation == EXPLANATIONS.index("unexplained")
@@ -288,7 +289,9 @@ def test_borders_over_the_forces_are_those_over_the_clearance() -> None:
     omega, forces = np.linspace(0.276, 0.284, 10), np.linspace(0.98, 1.03, 10)
     scaled = Plane.of(DEFAULT, omega, (1.89 / forces)[::-1])
     other = Plane(DEFAULT, ParameterPoint.of(DEFAULT, 1.0, 1.89), Axis("omega", omega), Axis("forcing", forces))
-    first, second = (map_borders(plane, unfolding_map_tile(plane, max_periods=600)) for plane in (scaled, other))
+    first, second = (
+        map_borders(plane, unfolding_map_tile(plane, MapSettings(max_periods=600))) for plane in (scaled, other)
+    )
     ours = {(9 - int(r) - (a == 0), int(c), int(a)): int(e) for r, c, a, e in rows(first)}
     theirs = {(int(r), int(c), int(a)): int(e) for r, c, a, e in rows(second)}
     assert ours == theirs

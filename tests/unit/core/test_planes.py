@@ -13,10 +13,11 @@ from grazemap_core.contact.stops import STOPS_UNIT
 from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.maps import planes
 from grazemap_core.maps.kernels import lane_state
+from grazemap_core.maps.map_settings import MapSettings, random_starts
 from grazemap_core.maps.margins import grazing_margins
 from grazemap_core.maps.planes import Axis, Plane, PlaneRunner
 from grazemap_core.maps.runner import Runner, RunSettings
-from grazemap_core.maps.unfolding import random_starts, unfolding_map_tile
+from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.drive import force
 from grazemap_core.simulation.observables import Observables, Output
 from grazemap_core.simulation.trajectories import trajectory
@@ -70,13 +71,13 @@ def alone(grid, row, column, **settings):
         single = Plane.of(oscillator, np.array([omega]), np.array(pair))
     else:
         single = Plane.of(oscillator, np.array([omega]), np.array([clearance]))
-    return unfolding_map_tile(single, PERIODS, **settings)
+    return unfolding_map_tile(single, MapSettings(PERIODS, **settings))
 
 
 @pytest.mark.parametrize(("across", "up"), PAIRS)
 def test_a_point_has_the_motion_of_the_oscillator_with_its_values(across, up):
     grid = plane(across, up)
-    arrays = unfolding_map_tile(grid, PERIODS)
+    arrays = unfolding_map_tile(grid, MapSettings(PERIODS))
     rows, columns = grid.shape
     for row, column in [(0, 0), (rows - 1, 0), (1, columns - 1)]:
         single = alone(grid, row, column)
@@ -91,7 +92,10 @@ def test_a_point_has_the_motion_of_the_oscillator_with_its_values(across, up):
 
 @pytest.mark.parametrize(("across", "up"), [("omega", "restitution"), ("omega", "damping"), ("forcing", "bias")])
 def test_the_transposed_plane_is_the_same_map(across, up):
-    tile, other = unfolding_map_tile(plane(across, up), PERIODS), unfolding_map_tile(plane(up, across), PERIODS)
+    tile, other = (
+        unfolding_map_tile(plane(across, up), MapSettings(PERIODS)),
+        unfolding_map_tile(plane(up, across), MapSettings(PERIODS)),
+    )
     for name, array in tile.items():
         np.testing.assert_array_equal(array, other[name].T, err_msg=name)
 
@@ -131,11 +135,11 @@ def test_a_map_over_the_forces_at_powers_of_two_is_that_over_the_clearance():
     """Motions between stops at b under forces F are F times those under 1, at b/F (theory, "Other planes")."""
     factors = 2.0 ** np.arange(-2, 2)
     over_forces = Plane(VARYING, ParameterPoint.of(VARYING, 1.0, 0.85), AXES["omega"], Axis("forcing", factors))
-    tile = unfolding_map_tile(over_forces, PERIODS)
-    scaled = unfolding_map_tile(Plane.of(VARYING, OMEGA, 0.85 / factors[::-1]), PERIODS)
+    tile = unfolding_map_tile(over_forces, MapSettings(PERIODS))
+    scaled = unfolding_map_tile(Plane.of(VARYING, OMEGA, 0.85 / factors[::-1]), MapSettings(PERIODS))
     for row, factor in enumerate(factors):
         forced = replace(DEFAULT, drive=(force(1, np.array([factor, 0.0, 0.0])),))
-        really = unfolding_map_tile(Plane.of(forced, OMEGA, np.array([0.85])), PERIODS)
+        really = unfolding_map_tile(Plane.of(forced, OMEGA, np.array([0.85])), MapSettings(PERIODS))
         for name, array in tile.items():
             size = factor if name == "least_impact_velocity" else 1.0
             np.testing.assert_array_equal(array[row], really[name][0], err_msg=name)
@@ -178,9 +182,9 @@ def _within(oscillator, clearance, state):
 @pytest.mark.parametrize("up", ["clearance", "clearance_left", "restitution_left"])
 def test_a_sweep_point_by_point_is_that_of_the_kernels(up, monkeypatch):
     grid = plane("omega", up, biased(harmonics=True))
-    kernels = unfolding_map_tile(grid, PERIODS, policy="sweep-down")
+    kernels = unfolding_map_tile(grid, MapSettings(PERIODS, policy="sweep-down"))
     monkeypatch.setattr(Plane, "is_swept_by_kernels", False)
-    points = unfolding_map_tile(grid, PERIODS, policy="sweep-down")
+    points = unfolding_map_tile(grid, MapSettings(PERIODS, policy="sweep-down"))
     both = kernels["verified"] & points["verified"]
     assert both.mean() > 0.25
     for name in LABEL:
@@ -192,7 +196,7 @@ def test_a_sweep_point_by_point_is_that_of_the_kernels(up, monkeypatch):
 def test_an_ensemble_has_random_states_about_the_origin_of_each_point(up):
     grid = plane("omega", up)
     settings = {"policy": "ensemble", "initial_conditions": 3, "seed": 1}
-    arrays = unfolding_map_tile(grid, PERIODS, **settings)
+    arrays = unfolding_map_tile(grid, MapSettings(PERIODS, **settings))
     for row, column in [(0, 0), (2, 3)]:
         single = alone(grid, row, column, **settings)
         assert arrays["share"][row, column] == single["share"][0, 0]
@@ -206,7 +210,7 @@ def test_what_is_observed_is_of_the_motion_of_the_oscillator_with_the_values(acr
     wanted = Observables(
         ("dissipated_power", "impulse", "peak_displacement"), (Output("x2", np.array([0.0, 1.0, 0.0]), np.zeros(3)),)
     )
-    arrays = unfolding_map_tile(grid, PERIODS, observed=wanted)
+    arrays = unfolding_map_tile(grid, MapSettings(PERIODS), observed=wanted)
     checked = 0
     for row, column in [(0, 0), (1, 1), (3, 2), (2, 2)]:
         single = alone(grid, row, column, observed=wanted)
@@ -252,7 +256,7 @@ def test_the_margins_are_those_of_the_simulated_steady_motion(across, up):
 def test_a_plane_out_of_the_domain_of_a_parameter_is_refused(across, up, name):
     grid = Plane(VARYING, ParameterPoint.of(VARYING, 0.29, 1.6), across, up)
     with refused(name):
-        unfolding_map_tile(grid, PERIODS)
+        unfolding_map_tile(grid, MapSettings(PERIODS))
 
 
 @pytest.mark.parametrize("clearance", [(1.9, 0.4), (0.3, None), (None, 0.3)])

@@ -10,6 +10,7 @@ import pytest
 from flint import arb
 
 from grazemap_core.maps.basins import Coordinate, basin_tile
+from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.kernels.forced_flow import response_from_rest
@@ -119,7 +120,9 @@ def test_rests_and_releases_at_resonance(restitution: float) -> None:
 def test_maps_and_basins_are_continuous_through_a_resonance(
     oscillator: Oscillator, clearances: list[float], max_periods: int
 ) -> None:
-    arrays = unfolding_map_tile(Plane.of(oscillator, np.array(OMEGAS[:3]), np.array(clearances)), max_periods)
+    arrays = unfolding_map_tile(
+        Plane.of(oscillator, np.array(OMEGAS[:3]), np.array(clearances)), MapSettings(max_periods)
+    )
     assert np.all(arrays["kind"] == 1)
     for name in ("period", "impacts_right", "impacts_left", "symmetric"):
         assert np.all(arrays[name] == arrays[name][:, :1])
@@ -146,13 +149,13 @@ def test_with_little_damping_the_steady_motion_is_known_and_other_orbits_are_ver
     oscillator = Oscillator.create([1.0], [1.0], 1e-3, [1.0], 0.8)
     amplitude = contact_amplitude(oscillator, 1.0)
     clearances = np.array([1.0, 0.935 * amplitude, 2.5 * amplitude])
-    arrays = unfolding_map_tile(Plane.of(oscillator, np.array([1.0]), clearances), max_periods=3000)
+    arrays = unfolding_map_tile(Plane.of(oscillator, np.array([1.0]), clearances), MapSettings(max_periods=3000))
     assert np.all(arrays["kind"] == 1)
     assert np.all(arrays["verified"])
     assert arrays["impacts_right"][:, 0].tolist() == [1, 1, -1]
     # on the way to some of these motions impacts are so slow that the error of the long transient may decide them
     more = unfolding_map_tile(
-        Plane.of(oscillator, np.array([1.0]), amplitude * np.linspace(0.88, 0.95, 12)), max_periods=3000
+        Plane.of(oscillator, np.array([1.0]), amplitude * np.linspace(0.88, 0.95, 12)), MapSettings(max_periods=3000)
     )
     assert np.all(more["verified"] | (more["reason"] > 0))
     assert np.any(more["sensitive"])

@@ -15,6 +15,7 @@ from grazemap_core.contact.stops import both_clearances
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps import unfolding
 from grazemap_core.maps.kernels import lane_state
+from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.maps.planes import Plane, PlaneRunner
 from grazemap_core.maps.runner import RunSettings
 from grazemap_core.maps.sensitive_points import GUARD_BITS, Resolver, resolution, resolve_grid
@@ -349,7 +350,7 @@ def test_the_trajectories_of_an_ensemble_are_resolved_before_the_most_frequent_m
     oscillator, omega, clearance, all_sensitive
 ):
     grid, settings = (np.array([omega]), np.array([clearance])), {"policy": "ensemble", "initial_conditions": 3}
-    tile = unfolding_map_tile(Plane.of(oscillator, *grid), **settings, resolve_sensitive=True)
+    tile = unfolding_map_tile(Plane.of(oscillator, *grid), MapSettings(**settings), resolve_sensitive=True)
     assert tile["resolved"]
     assert tile["verified"]
     assert tile["share"] >= 1 / 3
@@ -463,7 +464,7 @@ def test_runs_with_different_impacts_decide_nothing():
 def test_a_sweep_is_not_resolved_nor_without_python_flint(monkeypatch):
     grid = np.array([0.29]), np.array([1.6])
     with pytest.raises(ParameterError, match="sweep"):
-        unfolding_map_tile(Plane.of(CHAOTIC, *grid), policy="sweep-up", resolve_sensitive=True)
+        unfolding_map_tile(Plane.of(CHAOTIC, *grid), MapSettings(policy="sweep-up"), resolve_sensitive=True)
     monkeypatch.delitem(sys.modules, "grazemap_core.maps.sensitive_points")
     monkeypatch.delitem(sys.modules, "grazemap_core.simulation.multiprecision")
     monkeypatch.setitem(sys.modules, "flint", None)

@@ -15,6 +15,7 @@ from grazemap_core.maps.kernels.lane_tables import LaneModel, lane_tables
 from grazemap_core.maps.kernels.lane_tangents import carry_changes, count_impacts, lane_tangents, save_lane_starts
 from grazemap_core.maps.kernels.lockstep import Engine, lanes, run_half, start_lane
 from grazemap_core.maps.kernels.separate_tables import SHARED_TABLES
+from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.runner import impulse_blocks, shared_model
 from grazemap_core.maps.tolerances import ERROR_SAFETY
@@ -127,7 +128,7 @@ def test_where_the_next_double_has_another_motion_neither_is_verified(policy: st
     def at(*clearances: float) -> dict[str, NDArray[np.generic]]:
         settings = {"policy": policy, "initial_conditions": 1, "seed": 3}
         return unfolding_map_tile(
-            Plane.of(oscillator, np.array([omega]), np.array(clearances)), preview=True, **settings
+            Plane.of(oscillator, np.array([omega]), np.array(clearances)), MapSettings(preview=True, **settings)
         )
 
     def label(tile: dict[str, NDArray[np.generic]], row: int) -> tuple[int, ...]:

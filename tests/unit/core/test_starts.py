@@ -11,10 +11,10 @@ from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.maps.basin_fractions import from_rest
 from grazemap_core.maps.basins import Coordinate, initial_states, run_states
 from grazemap_core.maps.kernels.lane_state import CODES, FIGURES, HALVES_RUN, IMPACTS, REASON, UNVERIFIED
+from grazemap_core.maps.map_settings import random_starts
 from grazemap_core.maps.planes import Axis, Plane, PlaneRunner
 from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.sensitive_points import Resolution, Resolver, resolve_grid
-from grazemap_core.maps.unfolding import random_starts
 from grazemap_core.model.drive import force
 from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.oscillator import Oscillator

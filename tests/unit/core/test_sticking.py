@@ -7,6 +7,7 @@ import pytest
 
 from grazemap_core.codes import INFINITE
 from grazemap_core.contact.forced import trajectory_models
+from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
@@ -185,7 +186,7 @@ def test_the_chain_held_by_a_resting_mass_has_its_own_matrices(damping: object) 
 
 def test_points_that_chatter_in_their_transient_settle() -> None:
     omega, clearance = np.linspace(0.262, 0.27, 3), np.linspace(1.3, 1.4, 3)
-    result = unfolding_map_tile(Plane.of(DEFAULT, omega, clearance), max_periods=400)
+    result = unfolding_map_tile(Plane.of(DEFAULT, omega, clearance), MapSettings(max_periods=400))
     assert not np.any(result["reason"] == 4)
 
 

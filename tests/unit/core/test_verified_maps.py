@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from grazemap_core import codes
+from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.maps.planes import Plane, PlaneRunner
 from grazemap_core.maps.runner import RunSettings
 from grazemap_core.maps.unfolding import arrays_of, unfolding_map_tile
@@ -78,8 +79,8 @@ def test_a_preview_names_what_is_verified(policy: str, alike: float) -> None:
     grid = (DEFAULT, np.linspace(0.26, 0.3, 6), np.linspace(1.3, 2.05, 64))
     settings = {"max_periods": 400, "policy": policy, "initial_conditions": 3}
     full, preview = (
-        unfolding_map_tile(Plane.of(*grid), **settings),
-        unfolding_map_tile(Plane.of(*grid), **settings, preview=True),
+        unfolding_map_tile(Plane.of(*grid), MapSettings(**settings)),
+        unfolding_map_tile(Plane.of(*grid), MapSettings(**settings, preview=True)),
     )
     assert full.keys() - preview.keys() == {"multiplier", "lyapunov", "lyapunov_error"}
     if policy == "rest":
@@ -98,7 +99,7 @@ def test_orbits_of_verified_points_are_those_of_fifty_digits() -> None:
     """Newton's method in 50 digits from M, C, K, f and R: slowest impact and largest multiplier as the map says."""
     rng = np.random.default_rng(8)
     omegas, clearances = np.sort(rng.uniform(0.26, 0.32, 8)), np.sort(rng.uniform(1.2, 2.0, 60))
-    tile = unfolding_map_tile(Plane.of(DEFAULT, omegas, clearances), 400)
+    tile = unfolding_map_tile(Plane.of(DEFAULT, omegas, clearances), MapSettings(400))
     compared = 0
     for i, j in np.argwhere(tile["verified"]):
         point = {name: values[i, j].item() for name, values in tile.items()}
@@ -165,6 +166,6 @@ def test_near_a_bifurcation_a_motion_is_not_called_stable() -> None:
     assert places
     for clearance in places:
         near = clearance * (1.0 + np.array([-1e-3, -1e-12, 1e-12, 1e-3]))
-        tile = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.28]), np.sort(near)), 400)
+        tile = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.28]), np.sort(near)), MapSettings(400))
         one_one = (tile["period"] == 1) & (tile["impacts_right"] == 1) & (tile["impacts_left"] == 1)
         assert not (tile["verified"] & tile["symmetric"] & one_one)[1:3].any()

@@ -13,6 +13,7 @@ in the order of numpy's ``array[computed]``.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -41,6 +42,7 @@ from grazemap_worker.processes.observables import OUTPUTS, core_observables, obs
 from grazemap_worker.processes.process import Process, Report
 
 if TYPE_CHECKING:
+    from grazemap_core.maps.map_settings import MapSettings
     from grazemap_core.maps.planes import Plane as CorePlane
 
 
@@ -148,7 +150,6 @@ def counts(request: UnfoldingMapsRequest, limits: RequestLimits) -> list[Count]:
 _OF_AXES = ("omega", "clearance", *AXES)
 _NAMES = ("kinds", "reasons")
 _AT_COMPUTED = "at_computed"
-_SETTINGS = ("max_periods", "max_period", "policy", "initial_conditions", "seed", "preview")
 
 
 def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
@@ -163,17 +164,17 @@ def compute_tile(request: UnfoldingMapsRequest, tile: Tile) -> Document:
     from grazemap_core.maps.unfolding import unfolding_map_tile
     from grazemap_core.simulation.motion import KINDS, SENSITIVE_REASON
 
-    plane, settings = core_plane(request.plane).part(tile.row_slice, tile.column_slice), fields(request, *_SETTINGS)
+    plane, settings = core_plane(request.plane).part(tile.row_slice, tile.column_slice), core_settings(request)
     texts = reasons()
     texts[ROUNDING_DECIDES] = f"{SENSITIVE_REASON} {_remedy_of_sensitive(request)}"
     arrays: Document
     if request.adaptive:
-        arrays = _adaptive_document(adaptive_map_tile(plane, **settings))
+        arrays = _adaptive_document(adaptive_map_tile(plane, settings))
         assert len(texts) == NOT_COMPUTED
         texts.append(NOT_COMPUTED_REASON)
     else:
         observed = core_observables(request)
-        arrays = unfolding_map_tile(plane, **settings, resolve_sensitive=request.resolve_sensitive, observed=observed)
+        arrays = unfolding_map_tile(plane, settings, resolve_sensitive=request.resolve_sensitive, observed=observed)
         arrays |= observed_document(request, arrays.pop("figures", None))
     return {
         **_axes(request, plane),
@@ -197,7 +198,7 @@ def assemble(
         whole[OUTPUTS] = [parts[0] | join_tiles(plan, parts, omitted=("name", "unit")) for parts in outputs]
     if request.adaptive:
         whole |= _completed(request, plan, tiles, whole, report)
-    chance = chance_in_map(whole["kind"], plane, **fields(request, *_SETTINGS))
+    chance = chance_in_map(whole["kind"], plane, core_settings(request))
     return document_of(
         results.UnfoldingMap,
         **_axes(request, plane),
@@ -216,6 +217,13 @@ def core_plane(plane: Plane) -> CorePlane:
     oscillator = varying_oscillator(plane.parameters.oscillator, across.vary, up.vary)
     axes = (Axis(axis.vary, grid_values(axis.grid)) for axis in (across, up))
     return CorePlane(oscillator, parameter_point(oscillator, plane.parameters), *axes)
+
+
+def core_settings(request: UnfoldingMapsRequest) -> MapSettings:
+    """Return the core's settings of a map."""
+    from grazemap_core.maps.map_settings import MapSettings
+
+    return MapSettings(**fields(request, *(field.name for field in dataclasses.fields(MapSettings))))
 
 
 def _axes(request: UnfoldingMapsRequest, plane: CorePlane) -> Document:
@@ -268,7 +276,7 @@ def _completed(
         whole | {"sensitive": _dense_array(plan, tiles, "sensitive")},
         list(range(plan.tile_rows, plan.rows, plan.tile_rows)),
         list(range(plan.tile_columns, plan.columns, plan.tile_columns)),
-        **fields(request, *_SETTINGS),
+        core_settings(request),
     )
     if report is not None:
         report(1, 2)  # half of the steps after the tiles

@@ -22,10 +22,10 @@ from grazemap_core.maps.borders.motion_grid import MotionGrid, MotionName, Point
 from grazemap_core.maps.borders.progress import REGIONS, BorderProgress
 from grazemap_core.maps.borders.region import PointEquations, Region
 from grazemap_core.maps.kernels.lane_state import SETTLED_AFTER
+from grazemap_core.maps.map_settings import random_starts
 from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.starts import BetweenStops
 from grazemap_core.maps.tolerances import BORDER_SEARCH_PERIODS, SAME_SPEED
-from grazemap_core.maps.unfolding import random_starts
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
 from grazemap_core.simulation.start import ForcedOscillator, forced_oscillator

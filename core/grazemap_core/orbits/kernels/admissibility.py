@@ -15,13 +15,13 @@ from typing import Final
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.grazing.tolerances import CONTACT_CELLS, CONTACT_ROUNDOFF, MAX_CELLS, MIN_CONTACT_CELL
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.model.tolerances import BOUND_SAFETY
 from grazemap_core.numerics.jit.compiled import kernel, plain
 from grazemap_core.numerics.jit.record_references import reference
 from grazemap_core.orbits.kernels.equations import (
+    OrbitImpacts,
     OrbitProblem,
     highest_order,
     rebound_of,
@@ -46,10 +46,9 @@ _TOO_MANY: Final = -1
 
 
 @kernel
-def _state_after_first_impact(
-    problem: OrbitProblem, sides: Floats, stops: Stops, phases: Floats, speeds: Floats, state: Floats
-) -> None:
+def _state_after_first_impact(problem: OrbitProblem, impacts: OrbitImpacts, state: Floats) -> None:
     """Write each block's part in displacement and velocity of q just after the first impact into state (N, 2)."""
+    stops, sides, phases, speeds = impacts.stops, impacts.sides, impacts.phases, impacts.speeds
     for j in range(state.shape[0]):
         state[j, 0], state[j, 1] = 0.0, 0.0
         for m in range(phases.shape[0]):
@@ -399,14 +398,7 @@ def _search_interval(
 
 @kernel
 def further_contact_from(
-    problem: OrbitProblem,
-    sides: Floats,
-    stops: Stops,
-    phases: Floats,
-    speeds: Floats,
-    floor: float,
-    flow_between: Floats,
-    scratch: ContactScratch,
+    problem: OrbitProblem, impacts: OrbitImpacts, floor: float, flow_between: Floats, scratch: ContactScratch
 ) -> tuple[int, float, float, int]:
     """Return whether there is a further contact, and the largest excess over a stop at a maximum between the impacts.
 
@@ -430,6 +422,7 @@ def further_contact_from(
     stop : int
         Stop of that maximum; 0 when there is none.
     """
+    stops, sides, phases, speeds = impacts.stops, impacts.sides, impacts.phases, impacts.speeds
     count = sides.shape[0]
     best = Maximum(floor, math.nan, plain(0), 0.0)
     cells = plain(0)
@@ -466,17 +459,10 @@ def further_contact_from(
 
 @kernel
 def further_contact(
-    problem: OrbitProblem,
-    sides: Floats,
-    stops: Stops,
-    phases: Floats,
-    speeds: Floats,
-    floor: float,
-    flow_between: Floats,
-    scratch: ContactScratch,
+    problem: OrbitProblem, impacts: OrbitImpacts, floor: float, flow_between: Floats, scratch: ContactScratch
 ) -> tuple[int, float, float, int]:
-    """Return the same as `further_contact_from`, from phases and speeds alone; flow_between is overwritten."""
-    structure, work = reference(problem), reference(scratch)
-    _flows_between_impacts(structure, phases, flow_between)
-    _state_after_first_impact(structure, sides, stops, phases, speeds, work.states[0])
-    return further_contact_from(structure, sides, stops, phases, speeds, floor, flow_between, work)
+    """Return the same as `further_contact_from`, from the impacts alone; flow_between is overwritten."""
+    problem, impacts, scratch = reference(problem), reference(impacts), reference(scratch)
+    _flows_between_impacts(problem, impacts.phases, flow_between)
+    _state_after_first_impact(problem, impacts, scratch.states[0])
+    return further_contact_from(problem, impacts, floor, flow_between, scratch)

@@ -132,22 +132,21 @@ def solve_orbits(
             stops.settling_chatter,
             stops.symmetric,
         )
-        status, steps, residual, terms = solve_orbit(problem, sides, orbit_stops, phases[i], speeds[i], work)
+        orbit = reference(OrbitImpacts(orbit_stops, sides, phases[i], speeds[i]))
+        status, steps, residual, terms = solve_orbit(problem, orbit, work)
         results.status[i], results.steps[i], results.residual[i] = status, steps, residual
         results.contact_status[i] = GIVEN_UP
         if status != CONVERGED:
             continue
-        results.kantorovich[i], results.radius[i] = newton_kantorovich(
-            problem, sides, orbit_stops, speeds[i], terms, work
-        )
+        results.kantorovich[i], results.radius[i] = newton_kantorovich(problem, orbit, terms, work)
         contact_status, excess, excess_phase, excess_stop = further_contact(
-            problem, sides, orbit_stops, phases[i], speeds[i], floor, scratch.flow_between, scratch.contact
+            problem, orbit, floor, scratch.flow_between, scratch.contact
         )
         results.contact_status[i], results.excess_stop[i] = contact_status, excess_stop
         results.excess[i], results.excess_phase[i] = excess, excess_phase
         orbit_multipliers(
             problem,
-            OrbitImpacts(orbit_stops, sides, phases[i], speeds[i]),
+            orbit,
             work.before,
             scratch.matrix,
             results.real[i],

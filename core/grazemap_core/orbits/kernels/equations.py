@@ -133,11 +133,11 @@ def rebound_of(stops: Stops, stop: float) -> float:
 
 
 @kernel
-def largest_rebound(sides: Floats, stops: Stops) -> float:
-    """Return the largest 1 + R of the stops (k,) of an orbit."""
+def largest_rebound(impacts: OrbitImpacts) -> float:
+    """Return the largest 1 + R of the stops of an orbit's impacts."""
     largest = 0.0
-    for i in range(sides.shape[0]):
-        largest = max(largest, rebound_of(stops, sides[i]))
+    for i in range(impacts.sides.shape[0]):
+        largest = max(largest, rebound_of(impacts.stops, impacts.sides[i]))
     return largest
 
 
@@ -167,23 +167,12 @@ def _impulse_response(problem: OrbitProblem, time: float) -> tuple[float, float,
 
 
 @kernel
-def assemble(
-    problem: OrbitProblem,
-    sides: Floats,
-    stops: Stops,
-    phases: Floats,
-    speeds: Floats,
-    residual: Floats,
-    jacobian: Floats,
-    before: Floats,
-) -> float:
+def assemble(problem: OrbitProblem, impacts: OrbitImpacts, residual: Floats, jacobian: Floats, before: Floats) -> float:
     """Write the residual and its derivatives; return the size of the terms of which the residual is the sum.
 
     Parameters
     ----------
-    sides : (k,)
-        +1 or -1 for every impact.
-    phases, speeds : (k,)
+    impacts : OrbitImpacts
         Phases increase and span less than `turn`; this is not checked, as the equations continue analytically.
     residual : (2 k,)
         Receives, at every impact, the displacement of the contact minus the stop's, and its velocity minus the
@@ -198,6 +187,7 @@ def assemble(
     terms : float
         The largest sum of the terms' moduli, each times the angle in whose sine its round-off originates.
     """
+    stops, sides, phases, speeds = impacts.stops, impacts.sides, impacts.phases, impacts.speeds
     count = sides.shape[0]
     omega, highest = problem.omega, highest_order(problem)
     size = steady_bound(problem, 0)
@@ -242,15 +232,7 @@ def assemble(
 
 
 @kernel
-def assemble_doubled(
-    problem: OrbitProblem,
-    sides: Floats,
-    stops: Stops,
-    phases: Floats,
-    speeds: Floats,
-    before: Floats,
-    matrix: Floats,
-) -> None:
+def assemble_doubled(problem: OrbitProblem, impacts: OrbitImpacts, before: Floats, matrix: Floats) -> None:
     """Write the Jacobian for perturbations that return with the opposite sign after a span.
 
     Up to sign its determinant is ``prod v_i det(I + M)/det(I + exp(A span))``, which is smooth where v_i vanishes.
@@ -261,6 +243,7 @@ def assemble_doubled(
         As `assemble` writes it.
     matrix : (2 k, at least 2 k)
     """
+    stops, sides, phases, speeds = impacts.stops, impacts.sides, impacts.phases, impacts.speeds
     count = phases.shape[0]
     omega = problem.omega
     for i in range(count):
@@ -288,12 +271,12 @@ def assemble_doubled(
 
 
 @kernel
-def second_derivative_bound(problem: OrbitProblem, sides: Floats, stops: Stops, speeds: Floats, reach: float) -> float:
+def second_derivative_bound(problem: OrbitProblem, impacts: OrbitImpacts, reach: float) -> float:
     """Return a bound on the sum of one equation's second derivatives, for speeds changed by at most `reach` each.
 
     The energy of a block never increases, so it bounds the block's response to an impulse at all later times.
     """
-    omega = problem.omega
+    omega, speeds = problem.omega, impacts.speeds
     first, second, third = 0.0, 0.0, 0.0
     for j in range(problem.decay.shape[0]):
         square, twice = problem.frequency_squared[j], 2.0 * problem.decay[j]
@@ -310,5 +293,5 @@ def second_derivative_bound(problem: OrbitProblem, sides: Floats, stops: Stops, 
     place = total * second / omega + others * first
     rate = total * third / (omega * omega) + others * second / omega
     steady = steady_bound(problem, 3)  # orders are at least 1, so it bounds the second derivative too
-    bound: float = steady + 4.0 * largest_rebound(sides, stops) * max(place, rate)
+    bound: float = steady + 4.0 * largest_rebound(impacts) * max(place, rate)
     return bound

@@ -14,12 +14,12 @@ from __future__ import annotations
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
 from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.numerics.jit.record_references import reference
 from grazemap_core.numerics.kernels.dense import eliminate
 from grazemap_core.orbits import tolerances
-from grazemap_core.orbits.kernels.equations import OrbitProblem, assemble, second_derivative_bound
+from grazemap_core.orbits.kernels.equations import OrbitImpacts, OrbitProblem, assemble, second_derivative_bound
 from grazemap_core.records import NamedTuple
 
 CONVERGED = 0
@@ -74,15 +74,8 @@ def allowed_share(problem: OrbitProblem, phases: Floats, step: Floats) -> float:
 
 
 @kernel
-def solve_orbit(
-    problem: OrbitProblem,
-    sides: Floats,
-    stops: Stops,
-    phases: Floats,
-    speeds: Floats,
-    work: NewtonScratch,
-) -> tuple[int, int, float, float]:
-    """Solve for the motion near a guess of phases (k,) and speeds (k,), in place.
+def solve_orbit(problem: OrbitProblem, impacts: OrbitImpacts, work: NewtonScratch) -> tuple[int, int, float, float]:
+    """Solve for the motion near a guess of the phases and speeds of its impacts, in place.
 
     At a saddle-node the Jacobian is singular, and round-off in the residual makes a step of any length and direction.
     Such steps are not taken: numbers that solve the equations to round-off are the motion.
@@ -97,10 +90,12 @@ def solve_orbit(
     terms : float
         As `assemble` returns it. After convergence `work` holds residual, Jacobian and states of the motion.
     """
-    count = sides.shape[0]
+    phases, speeds = impacts.phases, impacts.speeds
+    count = phases.shape[0]
     size = 2 * count
     jacobian, system, step, trial = work.jacobian, work.system, work.step, work.trial
-    terms = assemble(problem, sides, stops, phases, speeds, work.residual, jacobian, work.before)
+    tried = reference(OrbitImpacts(impacts.stops, impacts.sides, trial[0], trial[1]))
+    terms = assemble(problem, impacts, work.residual, jacobian, work.before)
     norm = _norm(work.residual)
     shortened = 0
     settled = False
@@ -134,7 +129,7 @@ def solve_orbit(
             for i in range(count):
                 trial[0, i] = phases[i] + share * step[0, i]
                 trial[1, i] = speeds[i] + share * step[1, i]
-            terms = assemble(problem, sides, stops, trial[0], trial[1], work.residual, jacobian, work.before)
+            terms = assemble(problem, tried, work.residual, jacobian, work.before)
             norm = _norm(work.residual)
             if norm < before or norm <= RESPONSE_ROUNDOFF * terms:
                 break
@@ -151,13 +146,13 @@ def solve_orbit(
 
 @kernel
 def newton_kantorovich(
-    problem: OrbitProblem, sides: Floats, stops: Stops, speeds: Floats, terms: float, work: NewtonScratch
+    problem: OrbitProblem, impacts: OrbitImpacts, terms: float, work: NewtonScratch
 ) -> tuple[float, float]:
     """Return the Newton-Kantorovich quantity ``b s L`` and the radius 2 s; infinity for a singular Jacobian.
 
     `work` is as `solve_orbit` or `assemble` leaves it; `terms` is what `assemble` returns.
     """
-    size = 2 * speeds.shape[0]
+    size = 2 * impacts.speeds.shape[0]
     system = work.system
     noise = RESPONSE_ROUNDOFF * terms
     for i in range(size):
@@ -175,4 +170,4 @@ def newton_kantorovich(
         inverse = max(inverse, row)
         step = max(step, abs(system[i, size]))
     step += inverse * noise
-    return inverse * step * second_derivative_bound(problem, sides, stops, speeds, 2.0 * step), 2.0 * step
+    return inverse * step * second_derivative_bound(problem, impacts, 2.0 * step), 2.0 * step

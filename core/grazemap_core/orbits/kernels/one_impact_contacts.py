@@ -13,7 +13,7 @@ from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.numerics.jit.compiled import kernel, plain
 from grazemap_core.numerics.jit.record_references import reference
 from grazemap_core.orbits.kernels.admissibility import NO_FURTHER_CONTACT, ContactScratch, further_contact
-from grazemap_core.orbits.kernels.equations import OrbitProblem, sum_of_harmonics
+from grazemap_core.orbits.kernels.equations import OrbitImpacts, OrbitProblem, sum_of_harmonics
 from grazemap_core.orbits.tolerances import MAXIMUM_ACCURACY
 from grazemap_core.records import NamedTuple
 
@@ -80,11 +80,9 @@ def _contact_at(
     stop, restitution = motions.stop, motions.restitution
     right, left = (own, other) if stop > 0.0 else (other, own)
     stops = Stops(right, left, restitution, restitution, problem.length, 0.0, 0.0, False)
-    sides, phases, speeds = scratch.sides, scratch.phases, scratch.speeds
-    sides[0], phases[0], speeds[0] = stop, phase, stop * speed
-    status, excess, _, touched = further_contact(
-        problem, sides, stops, phases, speeds, floor, scratch.flow_between, scratch.contact
-    )
+    impacts = OrbitImpacts(stops, scratch.sides, scratch.phases, scratch.speeds)
+    impacts.sides[0], impacts.phases[0], impacts.speeds[0] = stop, phase, stop * speed
+    status, excess, _, touched = further_contact(problem, impacts, floor, scratch.flow_between, scratch.contact)
     return status, excess, touched
 
 

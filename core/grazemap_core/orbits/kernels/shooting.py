@@ -22,11 +22,12 @@ import math
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.contact.kernels.stops import Stops, gap_of
+from grazemap_core.contact.kernels.stops import gap_of
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.numerics.jit.compiled import fused_kernel, kernel
 from grazemap_core.numerics.kernels.dense import eliminate
 from grazemap_core.orbits.kernels.equations import (
+    OrbitImpacts,
     OrbitProblem,
     highest_order,
     rebound_of,
@@ -107,9 +108,7 @@ def shooting(count: int, blocks: int) -> Shooting:
 
 
 @kernel
-def shoot(
-    problem: OrbitProblem, sides: Floats, stops: Stops, phases: Floats, speeds: Floats, scratch: Shooting
-) -> tuple[float, float]:
+def shoot(problem: OrbitProblem, impacts: OrbitImpacts, scratch: Shooting) -> tuple[float, float]:
     """Carry the state from impact to impact over a span; write flow, state, before and residual.
 
     Returns
@@ -119,6 +118,7 @@ def shoot(
     terms : float
         As `equations.assemble`, summed over all impacts and all earlier spans.
     """
+    stops, sides, phases, speeds = impacts.stops, impacts.sides, impacts.phases, impacts.speeds
     count, blocks = sides.shape[0], problem.decay.shape[0]
     omega, highest = problem.omega, highest_order(problem)
     flow, state = scratch.flow, scratch.state
@@ -211,11 +211,12 @@ def _pass_impact(
 
 
 @kernel
-def solve_step(problem: OrbitProblem, sides: Floats, stops: Stops, speeds: Floats, scratch: Shooting) -> float:
+def solve_step(problem: OrbitProblem, impacts: OrbitImpacts, scratch: Shooting) -> float:
     """Write the Newton step and the effect of perturbations after one span; return the norm of the step.
 
     `shoot` is called before. The norm is infinity where the matrix is singular.
     """
+    stops, sides, speeds = impacts.stops, impacts.sides, impacts.speeds
     count, size = speeds.shape[0], 2 * problem.decay.shape[0]
     turned, system, second_derivative = scratch.turned, scratch.system, scratch.second_derivative
     for j in range(second_derivative.shape[0]):
@@ -327,12 +328,13 @@ def _largest_sum_of_moduli(count: int, size: int, scratch: Shooting) -> float:
 
 
 @kernel
-def norm_of_inverse(problem: OrbitProblem, sides: Floats, stops: Stops, speeds: Floats, scratch: Shooting) -> float:
+def norm_of_inverse(problem: OrbitProblem, impacts: OrbitImpacts, scratch: Shooting) -> float:
     """Return the maximum norm of the inverse of the Jacobian; `solve_step` is called before.
 
     Each row of the inverse belongs to a phase or a speed; all rows are carried back to the residuals together, as
     columns, those of the last impact first.
     """
+    stops, sides, speeds = impacts.stops, impacts.sides, impacts.speeds
     count, blocks = speeds.shape[0], problem.decay.shape[0]
     size = 2 * blocks
     system, basis, rows = scratch.system, scratch.basis, scratch.rows

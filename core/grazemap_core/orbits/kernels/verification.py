@@ -231,9 +231,9 @@ def guess_from_replay(forced: Forced, scratch: VerificationScratch, stops: Stops
 
 
 @kernel
-def _reach(problem: OrbitProblem, sides: Floats, stops: Stops, speeds: Floats, radius: float) -> float:
+def _reach(problem: OrbitProblem, impacts: OrbitImpacts, radius: float) -> float:
     """Return a bound on the change of q when every phase and speed changes by at most `radius`."""
-    by_speed, by_phase = 0.0, 0.0
+    speeds, by_speed, by_phase = impacts.speeds, 0.0, 0.0
     for j in range(problem.decay.shape[0]):
         y, rate = problem.periodic_impulse[j, 0], problem.periodic_impulse[j, 1]
         second_derivative = -problem.frequency_squared[j] * y - 2.0 * problem.decay[j] * rate
@@ -242,19 +242,18 @@ def _reach(problem: OrbitProblem, sides: Floats, stops: Stops, speeds: Floats, r
     total = 0.0
     for i in range(speeds.shape[0]):
         total += abs(speeds[i])
-    rebound = largest_rebound(sides, stops)
+    rebound = largest_rebound(impacts)
     reach: float = radius * rebound * (problem.omega * by_speed * speeds.shape[0] + by_phase * total)
     return reach
 
 
 @kernel
-def _repeats(
-    sides: Floats, phases: Floats, speeds: Floats, shift: int, angle: float, sign: float
-) -> tuple[bool, float]:
+def _repeats(impacts: OrbitImpacts, shift: int, angle: float, sign: float) -> tuple[bool, float]:
     """Compare each impact with the one `shift` impacts later, moved back by `angle` and multiplied by `sign`.
 
     Returns whether the stops agree, and the largest difference of phases or speeds.
     """
+    sides, phases, speeds = impacts.sides, impacts.phases, impacts.speeds
     count = sides.shape[0]
     away = 0.0
     for i in range(count - shift):
@@ -293,16 +292,7 @@ def apparent_length(scratch: VerificationScratch, stops: Stops, count: int, leng
 
 
 @kernel
-def _least_length(
-    sides: Floats,
-    stops: Stops,
-    phases: Floats,
-    speeds: Floats,
-    turn: float,
-    length: int,
-    radius: float,
-    uniqueness_radius: float,
-) -> int:
+def _least_length(impacts: OrbitImpacts, turn: float, length: int, radius: float, uniqueness_radius: float) -> int:
     """Return the minimum number of half periods after which the motion repeats; 0 if round-off hides it.
 
     Parameters
@@ -310,12 +300,12 @@ def _least_length(
     radius, uniqueness_radius : float
         There is a solution within `radius` of the numbers given, and no other one within `uniqueness_radius`.
     """
-    count = sides.shape[0]
+    count, symmetric = impacts.sides.shape[0], impacts.stops.symmetric
     for part in range(1, length // 2 + 1):
-        if length % part != 0 or (count * part) % length != 0 or (part % 2 == 1 and not stops.symmetric):
+        if length % part != 0 or (count * part) % length != 0 or (part % 2 == 1 and not symmetric):
             continue
         sign = -1.0 if part % 2 == 1 else 1.0
-        agree, away = _repeats(sides, phases, speeds, count * part // length, turn * part / length, sign)
+        agree, away = _repeats(impacts, count * part // length, turn * part / length, sign)
         if not agree or away > tolerances.REPEATED_RADII * radius:
             continue
         # shifted by this part the motion is a solution of the same equations
@@ -324,12 +314,10 @@ def _least_length(
 
 
 @kernel
-def _state_after_first_impact(
-    problem: OrbitProblem, sides: Floats, stops: Stops, speeds: Floats, scratch: VerificationScratch
-) -> None:
+def _state_after_first_impact(problem: OrbitProblem, impacts: OrbitImpacts, scratch: VerificationScratch) -> None:
     """Write the state just after the first impact into `contact.states[0]`; `shoot` has written the state before it."""
     after = scratch.contact.states[0]
-    strength = -rebound_of(stops, sides[0]) * problem.omega * speeds[0]
+    strength = -rebound_of(impacts.stops, impacts.sides[0]) * problem.omega * impacts.speeds[0]
     for j in range(problem.decay.shape[0]):
         for c in range(2):
             after[j, c] = scratch.shooting.state[0, j, c] + strength * problem.unit_impulse[j, c]
@@ -337,14 +325,7 @@ def _state_after_first_impact(
 
 @kernel
 def _means(
-    problem: OrbitProblem,
-    sides: Floats,
-    stops: Stops,
-    length: int,
-    phases: Floats,
-    speeds: Floats,
-    flow_between: Floats,
-    state: Floats,
+    problem: OrbitProblem, impacts: OrbitImpacts, length: int, flow_between: Floats, state: Floats
 ) -> tuple[float, float]:
     """Return the means of displacement and velocity of q, less the steady motion, at multiples of the phase 2 pi.
 
@@ -352,6 +333,7 @@ def _means(
     so its mirror image has the same means. `flow_between` (k, N, 4) are the flows between impacts; `state` (N, 2) is
     that just after the first impact, and overwritten.
     """
+    stops, sides, phases, speeds = impacts.stops, impacts.sides, impacts.phases, impacts.speeds
     count = phases.shape[0]
     turns = 2 if length % 2 == 1 else 1
     sections = length * turns // 2
@@ -385,25 +367,24 @@ def _means(
 
 
 @kernel
-def _solve(
-    problem: OrbitProblem, sides: Floats, stops: Stops, phases: Floats, speeds: Floats, scratch: VerificationScratch
-) -> tuple[float, float]:
-    """Solve for the orbit near phases and speeds by Newton's method, in place.
+def _solve(problem: OrbitProblem, impacts: OrbitImpacts, scratch: VerificationScratch) -> tuple[float, float]:
+    """Solve for the orbit near the phases and speeds of impacts by Newton's method, in place.
 
     Returns the Newton-Kantorovich quantity and the radius, as `newton.newton_kantorovich`; infinity where Newton's
     method does not converge.
     """
+    sides, phases, speeds = impacts.sides, impacts.phases, impacts.speeds
     count = sides.shape[0]
     settled = False
     for _ in range(tolerances.VERIFICATION_STEPS):
-        residual, terms = shoot(problem, sides, stops, phases, speeds, scratch.shooting)
-        step = solve_step(problem, sides, stops, speeds, scratch.shooting)
+        residual, terms = shoot(problem, impacts, scratch.shooting)
+        step = solve_step(problem, impacts, scratch.shooting)
         if not step < math.inf or (settled and not residual <= tolerances.ORBIT_RESIDUAL * terms):
             return math.inf, math.inf
         if settled:
-            inverse = norm_of_inverse(problem, sides, stops, speeds, scratch.shooting)
+            inverse = norm_of_inverse(problem, impacts, scratch.shooting)
             step += inverse * RESPONSE_ROUNDOFF * terms
-            return inverse * step * second_derivative_bound(problem, sides, stops, speeds, 2.0 * step), 2.0 * step
+            return inverse * step * second_derivative_bound(problem, impacts, 2.0 * step), 2.0 * step
         for i in range(count):
             phases[i] += scratch.shooting.step[i, 0]
             speeds[i] += scratch.shooting.step[i, 1]
@@ -479,9 +460,9 @@ def _orbit_problem(
 
 
 @kernel
-def _distance_moved(phases: Floats, speeds: Floats, scratch: VerificationScratch) -> float:
+def _distance_moved(impacts: OrbitImpacts, scratch: VerificationScratch) -> float:
     """Return the largest change of a speed, or of a phase times its speed, from the guess."""
-    moved = 0.0
+    phases, speeds, moved = impacts.phases, impacts.speeds, 0.0
     for i in range(phases.shape[0]):
         shifted = abs(phases[i] - scratch.guess[0, i]) * abs(speeds[i])
         moved = max(moved, shifted, abs(speeds[i] - scratch.guess[1, i]))
@@ -489,9 +470,9 @@ def _distance_moved(phases: Floats, speeds: Floats, scratch: VerificationScratch
 
 
 @kernel
-def _slowest(sides: Floats, speeds: Floats) -> float:
+def _slowest(impacts: OrbitImpacts) -> float:
     """Return the smallest impact speed."""
-    least = math.inf
+    sides, speeds, least = impacts.sides, impacts.speeds, math.inf
     for i in range(sides.shape[0]):
         least = min(least, sides[i] * speeds[i])
     return least
@@ -499,28 +480,19 @@ def _slowest(sides: Floats, speeds: Floats) -> float:
 
 @kernel
 def _smallest_gap(
-    problem: OrbitProblem,
-    sides: Floats,
-    stops: Stops,
-    phases: Floats,
-    speeds: Floats,
-    radius: float,
-    floor: float,
-    scratch: VerificationScratch,
+    problem: OrbitProblem, impacts: OrbitImpacts, radius: float, floor: float, scratch: VerificationScratch
 ) -> float:
     """Return the smallest distance from a stop at an extremum between the impacts of every orbit within `radius`.
 
     The distance is positive where these orbits are admissible, and infinite where no extremum is within `floor` of a
     stop.
     """
-    if not _slowest(sides, speeds) > radius:
+    if not _slowest(impacts) > radius:
         return -math.inf
-    _state_after_first_impact(problem, sides, stops, speeds, scratch)
-    flow_between = scratch.shooting.flow[: phases.shape[0]]
-    status, excess, _, _ = further_contact_from(
-        problem, sides, stops, phases, speeds, -floor, flow_between, scratch.contact
-    )
-    return -excess - _reach(problem, sides, stops, speeds, radius) if status == NO_FURTHER_CONTACT else -math.inf
+    _state_after_first_impact(problem, impacts, scratch)
+    flow_between = scratch.shooting.flow[: impacts.phases.shape[0]]
+    status, excess, _, _ = further_contact_from(problem, impacts, -floor, flow_between, scratch.contact)
+    return -excess - _reach(problem, impacts, radius) if status == NO_FURTHER_CONTACT else -math.inf
 
 
 @kernel
@@ -587,43 +559,43 @@ def verify(
     record = _orbit_problem(problem, blocks, stops, length, scratch)
     orbit = reference(record)
     sides, phases, speeds = scratch.sides[:count], scratch.solution[0, :count], scratch.solution[1, :count]
+    impacts = reference(OrbitImpacts(stops, sides, phases, speeds))
     for i in range(count):
         phases[i], speeds[i] = scratch.guess[0, i], scratch.guess[1, i]
-    kantorovich, radius = _solve(orbit, sides, stops, phases, speeds, scratch)
+    kantorovich, radius = _solve(orbit, impacts, scratch)
     if not kantorovich < math.inf:
         return _not_verified(codes.NOT_SOLVED)
-    if not _distance_moved(phases, speeds, scratch) * orbit.length <= tolerances.ORBIT_NEARBY * distance * stops.unit:
+    if not _distance_moved(impacts, scratch) * orbit.length <= tolerances.ORBIT_NEARBY * distance * stops.unit:
         return _not_verified(codes.NOT_SOLVED)
     if not kantorovich <= tolerances.MAX_KANTOROVICH:
         return _not_verified(codes.NOT_ISOLATED)
     _write_floquet_matrix(orbit, scratch)
     multiplier = spectral_radius(scratch.matrix, scratch.real, scratch.imaginary)
     stable = multiplier < tolerances.MAX_STABLE_MODULUS
-    uncertainty = _reach(orbit, sides, stops, speeds, radius)
-    impacts = OrbitImpacts(stops, sides, phases, speeds)
+    uncertainty = _reach(orbit, impacts, radius)
     ratio, reach, share = _capture(problem, orbit, impacts, uncertainty + error / orbit.length, multiplier, scratch)
     floor = max(tolerances.ORBIT_FLOOR, reach + uncertainty)
-    gap = _smallest_gap(orbit, sides, stops, phases, speeds, radius, floor, scratch)
+    gap = _smallest_gap(orbit, impacts, radius, floor, scratch)
     if not gap > 0.0:
         return _not_verified(codes.GRAZE_UNRESOLVED)
     if not stable:
         return _not_verified(codes.NOT_STABLE)
     # the solution is unique up to this distance: the larger zero of Kantorovich's majorant
     uniqueness_radius = 0.5 * radius * (1.0 + math.sqrt(1.0 - 2.0 * kantorovich)) / kantorovich
-    least_length = _least_length(sides, stops, phases, speeds, orbit.turn, length, radius, uniqueness_radius)
+    least_length = _least_length(impacts, orbit.turn, length, radius, uniqueness_radius)
     if least_length == 0:
         return _not_verified(codes.NOT_DISTINCT)
     parts = length // least_length
     right, left = _impacts_by_stop(sides, count // parts)
-    _state_after_first_impact(orbit, sides, stops, speeds, scratch)
-    x, v = _means(orbit, sides, stops, length, phases, speeds, scratch.shooting.flow[:count], scratch.contact.states[0])
+    _state_after_first_impact(orbit, impacts, scratch)
+    x, v = _means(orbit, impacts, length, scratch.shooting.flow[:count], scratch.contact.states[0])
     unit = orbit.length
     return Verification(
         codes.RESOLVED,
         least_length,
         right,
         left,
-        _slowest(sides, speeds) * unit * problem.omega,
+        _slowest(impacts) * unit * problem.omega,
         multiplier ** (1.0 / parts),
         x * unit / stops.unit,
         v * unit / stops.unit,
