@@ -35,7 +35,10 @@ PITCH = LANES + 8
 """Distance of two rows of a `LaneBatch`. Rows at a distance of 1024 bytes would compete for the same lines of the
 first cache."""
 
-# A state has 2 N + 2 rows: (u, u') of every block, then q and q'.
+# A state has 2 N + 2 rows: (u, u') of every block, then q and q'. A state, and the rows of a batch, are one flat array
+# each, with the distance of its rows a constant: `rows[X * PITCH + k]`. The compiler vectorises a loop that reads some
+# rows and writes others only if it can show that they do not overlap. It can for places in one array at constant
+# distances, but neither for several arrays nor for a distance that is a variable, as that of an array with two axes.
 
 # rows of `LaneBatch.rows`
 START_X, START_V, RIGHT, LEFT, RESTITUTION_RIGHT, RESTITUTION_LEFT, UNIT = 0, 1, 2, 3, 4, 5, 6
