@@ -30,6 +30,8 @@ from tools.one_process import client
 
 # This number may only decrease; planes of any two parameters have added two modules, and the short forms one.
 MOST = 25
+CORE = "grazemap_core"
+MOST_HOPS = 9
 PACKAGES = ("grazemap", "grazemap_core", "grazemap_worker", "grazemap_service")
 # Functions of libraries that take what leaves the process.
 _OUT = {
@@ -95,6 +97,7 @@ class Call:
     caller: Call | None
     hands_on: bool = False
     returns: bool = False
+    above_kernel: bool = False
 
     @property
     def on_the_way(self) -> bool:
@@ -132,6 +135,19 @@ class Trace:
                 functions.setdefault(call.module, call.function)
         return functions
 
+    def hops(self) -> list[tuple[str, str]]:
+        """Return the functions of the core that omega passes on its way down to the kernel, each with its module.
+
+        They are those that run when the kernel is called, and those that gave one of them a value with omega in it.
+        """
+        passed = (
+            call
+            for call in self._calls.values()
+            if call.above_kernel or (call.returns and call.caller is not None and call.caller.above_kernel)
+        )
+        names = ((call.module, call.function) for call in passed)
+        return list(dict.fromkeys(name for name in names if name[0].startswith(CORE)))
+
     def _look(self, frame: FrameType, event: str, argument: Any) -> None:
         module = frame.f_globals.get("__name__", "")
         if (module, frame.f_code.co_name) in _OUT:
@@ -144,12 +160,13 @@ class Trace:
                 self._calls[frame].returns |= has_omega(argument)
             elif module == KERNEL and _holds(frame):
                 self._kernel = frame
-                self._hand_on(frame)
+                self._hand_on(frame, to_kernel=True)
 
-    def _hand_on(self, frame: FrameType | None) -> None:
+    def _hand_on(self, frame: FrameType | None, to_kernel: bool = False) -> None:
         while frame is not None:
             if frame in self._calls and _holds(frame):
                 self._calls[frame].hands_on = True
+                self._calls[frame].above_kernel |= to_kernel
             frame = frame.f_back
 
 
@@ -170,16 +187,24 @@ async def _ask(trace: Trace) -> None:
             threading.setprofile(None)
 
 
-def modules() -> dict[str, str]:
-    """Return the modules, each with the first of its functions that handles omega, in order."""
+def trace() -> Trace:
+    """Return the trace of a small map."""
     structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(50))
-    trace = Trace()
-    asyncio.run(_ask(trace))
-    return trace.way()
+    traced = Trace()
+    asyncio.run(_ask(traced))
+    return traced
 
 
 if __name__ == "__main__":
-    way = modules()
+    traced = trace()
+    way, hops = traced.way(), traced.hops()
     for place, (module, function) in enumerate(way.items(), 1):
         print(f"{place:3} {module:50} {function}")
-    sys.exit(0 if len(way) <= MOST else f"{len(way)} modules; at most {MOST}")
+    print("\nfunctions of the core, down to the kernel:")
+    for place, (module, function) in enumerate(hops, 1):
+        print(f"{place:3} {module:50} {function}")
+    sys.exit(
+        0
+        if len(way) <= MOST and len(hops) <= MOST_HOPS
+        else f"{len(way)} modules and {len(hops)} functions; at most {MOST} and {MOST_HOPS}"
+    )

@@ -77,7 +77,7 @@ class Column(NamedTuple):
 
     def run(self, clearances: Floats) -> tuple[Integers, Floats]:
         """Codes and figures of the points, from rest."""
-        (forced,) = self.runner.forced(np.array([self.omega]))
+        forced = self.runner.at(self.omega)
         results = self.runner.run(forced, self.system.clearances(clearances), AtRest())
         return results[0][:, 0], results[1][:, 0]
 

@@ -29,6 +29,6 @@ def column(oscillator: Oscillator, omega: float, clearances: Floats, max_periods
     """Return the map (n, 1) at one frequency, of clearances (n,) of both stops or (n, 2) of each, side by side."""
     task = RunSettings(max_periods, 32)
     runner = Runner(oscillator, task)
-    results = runner.run(*runner.forced(np.array([omega])), clearances, AtRest())
+    results = runner.run(runner.at(omega), clearances, AtRest())
     codes, figures = (np.moveaxis(part, 2, 0)[:, :, None] for part in results)
     return named_arrays(codes, figures, ensemble=False, preview=False)

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats
-from grazemap_core.checks import checked_omega
 from grazemap_core.contact import tolerances
 from grazemap_core.contact.held_problem import HeldModel, held_problem, held_steady
 from grazemap_core.contact.kernels.cell_factors import cell_length, shortfall, tabulate_flow
@@ -130,9 +129,8 @@ def forced_structures(models: HeldModel, omega: Floats) -> list[ForcedStructure]
     ParameterError
         A frequency is not a finite number greater than 0.
     """
-    values = checked_omega(omega)
-    steady = reference_response(models.oscillator, models.free, values)
-    return [ForcedStructure(models, *at) for at in zip(values.tolist(), steady, strict=True)]
+    steady = reference_response(models.oscillator, models.free, omega)
+    return [ForcedStructure(models, float(at), amplitudes) for at, amplitudes in zip(omega, steady, strict=True)]
 
 
 @lru_cache(maxsize=KEPT_MODELS)

@@ -34,7 +34,7 @@ from grazemap_core.contact.stops import Clearance, both_clearances
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.basins import Attractor, attractors, check_limits, motions_from
 from grazemap_core.maps.planes import ParameterLine
-from grazemap_core.maps.runner import Runner, RunSettings
+from grazemap_core.maps.runner import Runners, RunSettings
 from grazemap_core.maps.tolerances import MOST_DRAWS
 from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.oscillator import Oscillator
@@ -188,21 +188,6 @@ def from_rest(forced: ForcedOscillator, states: Floats) -> tuple[Floats, Floats]
     """Return the state at rest (2, N), and what states (s, 2, N) add to it."""
     rest = np.stack([forced.displacement_at_rest, np.zeros_like(forced.displacement_at_rest)])
     return rest, states - rest
-
-
-class Runners:
-    """The `Runner` of the oscillator that was asked for last."""
-
-    def __init__(self, settings: RunSettings) -> None:
-        self._settings = settings
-        self._last: tuple[Oscillator, Runner] | None = None
-
-    def of(self, oscillator: Oscillator) -> Runner:
-        """Return the runner of an oscillator, the same one for the same object."""
-        if self._last is None or self._last[0] is not oscillator:
-            before = None if self._last is None else self._last[1]
-            self._last = oscillator, Runner(oscillator, self._settings, before)
-        return self._last[1]
 
 
 def basin_fractions(arrays: dict[str, NDArray[Any]]) -> BasinFractions:

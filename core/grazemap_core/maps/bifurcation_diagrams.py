@@ -22,7 +22,7 @@ from grazemap_core.contact.stops import Clearance
 from grazemap_core.errors import ParameterError, RecordSizeError
 from grazemap_core.maps.kernels.lane_state import FIGURES, HALVES_RUN
 from grazemap_core.maps.planes import ParameterLine
-from grazemap_core.maps.runner import Runner, RunSettings
+from grazemap_core.maps.runner import Runner, Runners, RunSettings
 from grazemap_core.maps.unfolding import arrays_of
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
@@ -150,11 +150,10 @@ def _follow(
     """
     state: State | None = None
     inherits, shown = False, transient_periods + periods
-    runner: Runner | None = None
+    runners = Runners(settings)
     nothing = np.zeros(0) if settings.observed is None else settings.observed.nothing
     for oscillator, omega, clearance in points:
-        if runner is None or runner.oscillator is not oscillator:
-            runner = Runner(oscillator, settings, runner)
+        runner = runners.of(oscillator)
         forced = forced_oscillator(oscillator, omega, clearance)
         at_rest = initial_state(forced, None, None, 0.0)
         begin = at_rest

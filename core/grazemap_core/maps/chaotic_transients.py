@@ -22,14 +22,14 @@ from numpy.typing import ArrayLike, NDArray
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.codes import RESOLVED
 from grazemap_core.contact.stops import Clearance
-from grazemap_core.maps.basin_fractions import Point, Runners, from_rest
+from grazemap_core.maps.basin_fractions import Point, from_rest
 from grazemap_core.maps.basins import Coordinate, initial_states, run_states
 from grazemap_core.maps.bifurcation_diagrams import Section
 from grazemap_core.maps.binomial import interval
 from grazemap_core.maps.kernels.lane_state import CODES, GROWTH, HALVES_RUN, REASON, UNVERIFIED
 from grazemap_core.maps.map_settings import DEFAULT_SETTINGS, MapSettings
 from grazemap_core.maps.planes import ParameterLine, Plane, PlaneRunner, SweepEnd
-from grazemap_core.maps.runner import Runner, RunSettings
+from grazemap_core.maps.runner import Runner, Runners, RunSettings
 from grazemap_core.maps.tolerances import RUN_ON, RUN_ON_PERIODS, RUN_ON_SAMPLE, SIDE_BY_SIDE
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period

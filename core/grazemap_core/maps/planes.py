@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
-from grazemap_core.contact.forced import ForcedStructure
 from grazemap_core.contact.stops import Clearance, both_clearances
 from grazemap_core.continuation.parameters import (
     PARAMETERS,
@@ -32,7 +31,16 @@ from grazemap_core.continuation.parameters import (
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.lane_tables import LANES
-from grazemap_core.maps.runner import CAN_SEPARATE, Conditions, RunEnd, Runner, RunSettings, SeparateRuns, run_separate
+from grazemap_core.maps.runner import (
+    CAN_SEPARATE,
+    Conditions,
+    RunEnd,
+    Runner,
+    Runners,
+    RunSettings,
+    SeparateRuns,
+    run_separate,
+)
 from grazemap_core.maps.starts import AboutMiddle, AtRest, Start
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import at_own_period, divisor_of
@@ -44,9 +52,6 @@ _BYTES_OF_SEPARATE_MODELS: Final = 2**26
 """Memory for the models of trajectories that share none, of which at least as many are stored as there are lanes."""
 _BYTES_OF_MASS: Final = 20_000
 """Memory for a model, for each mass, where the flow over a period is tabulated; others take less."""
-_LAST_RUNNERS: Final = 8
-"""Number of structures for which scratch is kept."""
-
 Indices = Integers
 Number = TypeVar("Number", bound=np.generic)
 
@@ -253,9 +258,7 @@ class PlaneRunner:
         # quantities are observed of the motion itself, not of the motion divided by the factor of the forces
         observed = settings.observed is not None
         self._scaled = tuple(name for name in ("bias", "forcing") if observed and name in plane.names)
-        self._runners: dict[tuple[float, ...], tuple[Runner, dict[float, ForcedStructure]]] = {}
-        self._last: Runner | None = None
-        self._last_forced: tuple[ForcedStructure, ForcedStructure] | None = None
+        self._runners, self._omegas = Runners(settings), self.plane.omegas
 
     def points(self, rows: Indices, columns: Indices) -> tuple[Integers, Floats]:
         """Return codes (k, s, CODES) and figures (k, s, FIGURES) at points (k,); not of a sweep."""
@@ -270,8 +273,12 @@ class PlaneRunner:
                 some = slice(first, first + most)
                 codes[some], figures[some] = self._run_separately(rows[some], columns[some], conditions.part(some))
             return codes, figures
+        omega = self.plane.values("omega", rows, columns)
         for group in self.groups(rows, columns):
-            codes[group], figures[group] = self._run(rows[group], columns[group], conditions.part(group))
+            first = group[0]
+            runner, here = self._runner(int(rows[first]), int(columns[first])), float(omega[first])
+            forced, start = runner.at(here, self._omegas), start_at(self.settings, here)
+            codes[group], figures[group] = runner.run(forced, conditions.part(group), start)
         return codes, figures
 
     @property
@@ -296,7 +303,8 @@ class PlaneRunner:
         columns, codes, figures = np.full(len(rows), column), [], []
         for k in range(len(rows)):
             here, only = rows[k : k + 1], columns[k : k + 1]
-            runner, forced = self._forced(int(here[0]), column)
+            runner = self._runner(int(here[0]), column)
+            forced = runner.at(float(self.plane.values("omega", here, only)[0]), self._omegas)
             conditions = self._conditions(here, only)
             start: Start = AtRest()
             if after is not None:
@@ -317,12 +325,14 @@ class PlaneRunner:
 
     def _sweep_by_kernel(self, rows: Indices, column: int, after: SweepEnd | None) -> tuple[Integers, Floats, SweepEnd]:
         """Return what `sweep` does, for points that share their tables."""
-        runner, forced = self._forced(int(rows[0]), column)
+        columns = np.full(len(rows), column)
+        runner = self._runner(int(rows[0]), column)
+        forced = runner.at(float(self.plane.values("omega", rows[:1], columns[:1])[0]), self._omegas)
         if after is not None:
             runner.return_to(after.run_end)
         codes, figures = runner.run(
             forced,
-            self._conditions(rows, np.full(len(rows), column)),
+            self._conditions(rows, columns),
             AtRest(),
             inherits=after is not None and after.inherits,
             goes_on=after is not None,
@@ -343,19 +353,14 @@ class PlaneRunner:
         codes, figures = codes.reshape(m, n, *codes.shape[1:]), figures.reshape(m, n, *figures.shape[1:])
         return _of_map(codes), _of_map(figures)
 
-    def _run(self, rows: Indices, columns: Indices, conditions: Conditions) -> tuple[Integers, Floats]:
-        """Run the trajectories of points that share their tables, under the conditions there."""
-        runner, forced = self._forced(int(rows[0]), int(columns[0]))
-        return runner.run(forced, conditions, start_at(self.settings, forced.omega))
-
     def _run_separately(self, rows: Indices, columns: Indices, conditions: Conditions) -> tuple[Integers, Floats]:
         """Run the trajectories of points that share no tables, under the conditions there."""
         groups, omega = [*self.plane.groups(rows, columns, ())], self.plane.values("omega", rows, columns)
         structures = []
         for group in groups:
-            runner, at_frequencies = self._structure(int(rows[group[0]]), int(columns[group[0]]))
-            of_group = [replace(at_frequencies[frequency]) for frequency in omega[group].tolist()]
-            structures.append(SeparateRuns(runner, of_group, conditions.part(group)))
+            runner = self._runner(int(rows[group[0]]), int(columns[group[0]]))
+            forced = [runner.at(frequency, self._omegas) for frequency in omega[group].tolist()]
+            structures.append(SeparateRuns(runner, forced, conditions.part(group)))
         order, (codes, figures) = np.argsort(np.concatenate(groups)), run_separate(structures)
         return codes[order], figures[order]
 
@@ -368,26 +373,11 @@ class PlaneRunner:
         """Return the oscillator of a point, without the parameters that its conditions have."""
         return self.plane.at_point(row, column)[0] if self._scaled else self.plane.structure(row, column)
 
-    def _structure(self, row: int, column: int) -> tuple[Runner, dict[float, ForcedStructure]]:
-        """Return the runner of a point's structure, and the structure at the frequencies of the plane."""
+    def _runner(self, row: int, column: int) -> Runner:
+        """Return the runner of the oscillator at a point."""
         only = np.array([row]), np.array([column])
         keys = [*self.plane.structure_keys(*only), *(self.plane.values(name, *only) for name in self._scaled)]
-        key = tuple(float(value) for (value,) in keys)
-        if key not in self._runners:
-            while len(self._runners) >= _LAST_RUNNERS:
-                del self._runners[next(iter(self._runners))]
-            runner = Runner(self._oscillator(row, column), self.settings, self._last)
-            self._last, omegas = runner, self.plane.omegas
-            self._runners[key] = runner, dict(zip(omegas.tolist(), runner.forced(omegas), strict=True))
-        return self._runners[key]
-
-    def _forced(self, row: int, column: int) -> tuple[Runner, ForcedStructure]:
-        """Return the runner of a point's structure, and the structure at the frequency there."""
-        runner, at_frequencies = self._structure(row, column)
-        forced = at_frequencies[float(self.plane.values("omega", np.array([row]), np.array([column]))[0])]
-        if self._last_forced is None or self._last_forced[0] is not forced:
-            self._last_forced = forced, replace(forced)  # the arrays of one frequency are kept at a time
-        return runner, self._last_forced[1]
+        return self._runners.keyed(tuple(float(value) for (value,) in keys), lambda: self._oscillator(row, column))
 
 
 def start_at(settings: RunSettings, omega: float) -> AtRest | AboutMiddle:

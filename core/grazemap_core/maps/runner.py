@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -57,6 +58,9 @@ from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.kernels.period_detection import stroboscopic_history
 from grazemap_core.simulation.observables import Observables
 from grazemap_core.simulation.start import OUTSIDE, ForcedOscillator, State, touched_stop
+
+_LAST_RUNNERS: Final = 8
+"""Number of structures whose runners are kept."""
 
 
 class RunSettings(NamedTuple):
@@ -183,7 +187,8 @@ class Runner:
                 tangents = lane_tangents(size, harmonics, self._growth_halves)._replace(errors=before.errors)
                 self._scratch = {**self._scratch, "tangents": tangents}
         self._separate: list[TablesPerLane] = [] if before is None else before._separate  # one, where they were needed
-        self._last_model: tuple[ForcedStructure, float, LaneModel] | None = None
+        self._forced: dict[float, ForcedStructure] = {}
+        self._last_models: tuple[float, float, LaneModels] | None = None
         self._ended = ENDED_EARLY  # no trajectory was run
 
     @property
@@ -197,9 +202,15 @@ class Runner:
         errors: LaneErrors = self._scratch["tangents"].errors
         return errors
 
-    def forced(self, omega: Floats) -> list[ForcedStructure]:
-        """Return the structure at forcing frequencies (m,)."""
-        return forced_structures(self._models, omega)
+    def at(self, omega: float, among: Floats | None = None) -> ForcedStructure:
+        """Return the structure at a forcing frequency.
+
+        Its steady motion at all frequencies `among` (m,) is computed at once, and kept.
+        """
+        if omega not in self._forced:
+            frequencies = np.array([omega]) if among is None else among
+            self._forced = dict(zip(frequencies.tolist(), forced_structures(self._models, frequencies), strict=True))
+        return replace(self._forced[omega])  # without the arrays that the kernels take, which would fill the memory
 
     def run(
         self,
@@ -215,7 +226,7 @@ class Runner:
         Parameters
         ----------
         forced : ForcedStructure
-            From `forced`, or of an equal oscillator.
+            From `at`, or of an equal oscillator.
         conditions : Conditions, or (n,) or (n, 2)
             The latter are clearances as `Conditions.of` takes them.
         start : Start
@@ -235,13 +246,13 @@ class Runner:
         """
         if not isinstance(conditions, Conditions):
             conditions = Conditions.of(self._models.oscillator, conditions)
-        model = self._model(forced, phase)
-        begun = self._begin(forced, model.forced.free, conditions, start, phase)
-        column = self._column(shared_model(model), begun.starts, inherits, goes_on)
+        models = self._models_at(forced, phase)
+        begun = self._begin(forced, models.shared.forced.free, conditions, start, phase)
+        column = self._column(models, begun.starts, inherits, goes_on)
         self._ended = settle_column(self._masses, column, SHARED_TABLES, classify_lane.address(column))
         figures, observed = column.results.figures, self._settings.observed
         if observed is not None:
-            more = figures_of_column(observed, forced, model.forced, begun.starts.stops, column.results)
+            more = figures_of_column(observed, forced, models.shared.forced, begun.starts.stops, column.results)
             figures = np.concatenate([figures, more], axis=1)
         return _named(begun, column.results.codes, figures)
 
@@ -263,10 +274,10 @@ class Runner:
     def _example(self) -> tuple[Column, LaneModel]:
         """Return what the kernels take, and the model of its trajectories."""
         conditions = Conditions.of(self._models.oscillator, np.ones(1))
-        (forced,) = self.forced(np.ones(1))
-        model = self._model(forced, 0.0)
-        begun = self._begin(forced, model.forced.free, conditions, AtRest(), 0.0)
-        return self._column(shared_model(model), begun.starts), model
+        forced = self.at(1.0)
+        models = self._models_at(forced, 0.0)
+        begun = self._begin(forced, models.shared.forced.free, conditions, AtRest(), 0.0)
+        return self._column(models, begun.starts), models.shared
 
     def _begin(
         self, forced: ForcedStructure, problem: CellProblem, conditions: Conditions, start: Start, phase: float
@@ -303,13 +314,14 @@ class Runner:
         """Shape of a state."""
         return 2, len(self._masses)
 
-    def _model(self, forced: ForcedStructure, phase: float) -> LaneModel:
-        """Return the structure at a frequency and a phase for the kernels; that of the last run is kept."""
-        if self._last_model is None or self._last_model[:2] != (forced, phase):
-            self._last_model = forced, phase, self._new_model(forced, phase)
-        return self._last_model[2]
+    def _models_at(self, forced: ForcedStructure, phase: float) -> LaneModels:
+        """Return the structure at a frequency and a phase, shared by all lanes; that of the last run is kept."""
+        if self._last_models is None or self._last_models[:2] != (forced.omega, phase):
+            self._last_models = forced.omega, phase, shared_model(self._model(forced, phase))
+        return self._last_models[2]
 
-    def _new_model(self, forced: ForcedStructure, phase: float) -> LaneModel:
+    def _model(self, forced: ForcedStructure, phase: float) -> LaneModel:
+        """Return the structure at a frequency and a phase for the kernels."""
         kernels = forced.at_phase(phase)
         return LaneModel(kernels, lane_tables(kernels), self._blocks)
 
@@ -431,6 +443,28 @@ class Runner:
         return codes[0, 0], figures[0, 0]
 
 
+class Runners:
+    """Runners with the same settings, which share their scratch; the last ones are kept."""
+
+    def __init__(self, settings: RunSettings) -> None:
+        """Take the settings of all runners."""
+        self._settings = settings
+        self._kept: dict[Hashable, Runner] = {}
+
+    def of(self, oscillator: Oscillator) -> Runner:
+        """Return the runner of an oscillator, the same one for the same object."""
+        return self.keyed(oscillator, lambda: oscillator)
+
+    def keyed(self, key: Hashable, oscillator: Callable[[], Oscillator]) -> Runner:
+        """Return the runner that has this key; if there is none, that of an oscillator, which then has it."""
+        if key not in self._kept:
+            before = next(reversed(self._kept.values()), None)
+            while len(self._kept) >= _LAST_RUNNERS:
+                del self._kept[next(iter(self._kept))]
+            self._kept[key] = Runner(oscillator(), self._settings, before)
+        return self._kept[key]
+
+
 CAN_SEPARATE: Final = PART_COMPILER is not None
 """Whether lanes may have tables of their own; else trajectories that share none run one after the other."""
 
@@ -446,7 +480,7 @@ def run_separate(structures: Sequence[SeparateRuns]) -> tuple[Integers, Floats]:
     """
     models, bases, rest = [], [], np.zeros(structures[0].runner.oscillator.size)
     for runner, at_frequencies, _ in structures:
-        models += [runner._new_model(forced, 0.0) for forced in at_frequencies]
+        models += [runner._model(forced, 0.0) for forced in at_frequencies]
         bases += [forced.free_state(rest, rest, 0.0) for forced in at_frequencies]
     aside, gaps, offset, on_stop = (np.concatenate(parts) for parts in zip(*map(_rest_of, structures), strict=True))
     restitution, forcing = (

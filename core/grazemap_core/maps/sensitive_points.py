@@ -78,7 +78,7 @@ class Resolver:
         self._runner = Runner(
             oscillator, RunSettings(PERIODS_AT_ONCE * max_period + SPARE_PERIODS, max_period, linearised=False)
         )
-        (self._forced,) = self._runner.forced(np.array([omega]))
+        self._forced = self._runner.at(omega)
 
     def random_states(self, clearance: Clearance, start: AboutMiddle) -> Floats:
         """Return random initial states (s, 2, N)."""

@@ -282,7 +282,7 @@ def test_random_states_of_an_ensemble_have_the_contact_between_the_stops(clearan
     task = RunSettings(5, 2, starts=random_starts(VARYING, 40, 0))
     runner = PlaneRunner(grid, task)
     model = trajectory_models(VARYING).free
-    (forced,) = Runner(VARYING, task).forced(np.array([0.29]))
+    forced = Runner(VARYING, task).at(0.29)
     steady = float(forced.reference_state(0.0)[:3] @ VARYING.contact)
     runner.points(np.array([0]), np.array([0]))
     assert len(seen) == 40

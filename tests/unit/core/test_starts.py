@@ -140,7 +140,7 @@ def test_a_sweep_starts_from_rest_on_a_preloaded_stop_after_a_trajectory_that_en
 def test_nothing_is_handed_on_before_a_run():
     runner = Runner(DEFAULT, SHORT._replace(follow=True))
     conditions = Plane.of(DEFAULT, np.array([0.29]), np.array([1.0])).conditions(np.array([0]), np.array([0]))
-    assert runner.final_state(*runner.forced(np.array([0.29])), conditions) is None
+    assert runner.final_state(runner.at(0.29), conditions) is None
 
 
 @pytest.mark.parametrize("by_kernels", [True, False])

@@ -23,7 +23,7 @@ from grazemap_core.maps.borders.progress import REGIONS, BorderProgress
 from grazemap_core.maps.borders.region import PointEquations, Region
 from grazemap_core.maps.kernels.lane_state import SETTLED_AFTER
 from grazemap_core.maps.map_settings import random_starts
-from grazemap_core.maps.runner import Runner, RunSettings
+from grazemap_core.maps.runner import Runner, Runners, RunSettings
 from grazemap_core.maps.starts import BetweenStops
 from grazemap_core.maps.tolerances import BORDER_SEARCH_PERIODS, SAME_SPEED
 from grazemap_core.model.oscillator import Oscillator
@@ -66,7 +66,6 @@ class Regions:
         self._equations = PointEquations(grid)
         self._progress = progress or BorderProgress(None)
         self._searched = 0
-        self._last_runner: tuple[ParameterPoint, Runner] | None = None
         solvable = np.array([name.solvable for name in grid.names] + [False])  # the last one: NO_NAME
         self._looked_at, self._all = 0, max(1, int(np.count_nonzero(solvable[grid.name_index])))
         for place in np.flatnonzero(solvable[:-1]).tolist():
@@ -143,12 +142,13 @@ class Regions:
             yield from _named(_last_period(run, name.period), name, self.grid.mirrored)
 
     def _runner(self, values: ParameterPoint, oscillator: Oscillator) -> Runner:
-        """Return the runner of an oscillator with these values; the last one is cached."""
+        """Return the runner of an oscillator with these values."""
         key = values._replace(omega=0.0, clearance_right=0.0, clearance_left=0.0)
-        if self._last_runner is None or self._last_runner[0] != key:
-            period = max(name.period for name in self.grid.names)
-            self._last_runner = key, Runner(oscillator, RunSettings(self._longest, period, linearised=False))
-        return self._last_runner[1]
+        return self._runners.keyed(key, lambda: oscillator)
+
+    @cached_property
+    def _runners(self) -> Runners:
+        return Runners(RunSettings(self._longest, max(name.period for name in self.grid.names), linearised=False))
 
     @cached_property
     def _longest(self) -> int:
