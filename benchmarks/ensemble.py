@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap_core.contact.forced import forced_structures, trajectory_models
+from grazemap_core.contact.forced import forced_structures
 from grazemap_core.contact.kernels.runs import (
     EVENT_COUNT,
     FOLLOWED,
@@ -22,6 +22,7 @@ from grazemap_core.contact.kernels.runs import (
 )
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.stops import Clearance, both_clearances, stops_table
+from grazemap_core.contact.trajectory_models import trajectory_models
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.kernels.first_pass import LANE_BLOCK
 from grazemap_core.maps.kernels.lane_tables import LANES, LaneModel, lane_tables

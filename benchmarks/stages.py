@@ -16,7 +16,8 @@ from benchmarks.contestants import time_in_turn
 from benchmarks.core_peer import Core
 from benchmarks.result import Spread, Stage
 from benchmarks.work import reference_work
-from grazemap_core.contact.forced import forced_structures, trajectory_models
+from grazemap_core.contact.forced import forced_structures
+from grazemap_core.contact.trajectory_models import trajectory_models
 from grazemap_core.maps.kernels.first_pass import (
     BATCH_ROWS,
     LEFT,

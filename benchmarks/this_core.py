@@ -12,7 +12,8 @@ import numpy as np
 from benchmarks.ensemble import first_impacts
 from benchmarks.work import Floats, Integers, Start
 from grazemap_core.codes import RESOLVED
-from grazemap_core.contact.forced import forced_structures, trajectory_models
+from grazemap_core.contact.forced import forced_structures
+from grazemap_core.contact.trajectory_models import trajectory_models
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.lane_tables import LANES
 from grazemap_core.maps.planes import Plane, PlaneRunner

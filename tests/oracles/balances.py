@@ -131,7 +131,7 @@ def of_rests(seed: int) -> Balance | None:
         return None
     period, wanted = int(run.motion.period), observables(oscillator)
     again = _record(oscillator, omega, clearance, orbit.start, period)
-    figures = of_record(again.record, forced_oscillator(oscillator, omega, clearance).models, wanted, period)
+    figures = of_record(again.record, forced_oscillator(oscillator, omega, clearance).structure.models, wanted, period)
     power = power_of_forces(oscillator, omega, again, period)
     kinds = f"{len(orbit.impacts.time)} impacts, {len(orbit.sticking.start)} rests"
     return Balance(seed, kinds, *missing(oscillator, omega, figures, power))

@@ -9,9 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from flint import acb, arb
 
-from grazemap_core.contact.forced import forced_structures, trajectory_models
+from grazemap_core.contact.forced import forced_structures
 from grazemap_core.contact.kernels.runs import EVENT_COUNT, HALF, OK, TIME, UNDECIDED, new_run
 from grazemap_core.contact.stops import Clearance, stops_of
+from grazemap_core.contact.trajectory_models import trajectory_models
 from grazemap_core.grazing.steady_maxima import steady_motion
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator

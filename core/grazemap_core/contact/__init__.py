@@ -3,8 +3,10 @@
 Time is cut into cells. A bound clears most cells of contacts; in the others the first contact is isolated rigorously,
 the impact law is applied, and complete chatter and rest on a stop are followed exactly.
 
-- `cell_problem`: the arrays that the kernels take, from an oscillator and a forcing frequency.
-- `held_problem`: the arrays that describe the structure while the contact rests on a stop.
+- `forced`: a structure under its forces at one frequency, and the arrays that the kernels take of it.
+- `trajectory_models`: its modal models with the contact free and at rest.
+- `reference_motion`: the motion that states are relative to.
+- `stops`: the stops, from the clearances that users give.
 - `kernels.half_period`: a trajectory over half a forcing period.
 - `kernels.event_loop`: the impacts of one cell.
 - `kernels.first_contact`: the test that a cell has no contact, and the search for the first contact.

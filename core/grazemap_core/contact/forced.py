@@ -4,23 +4,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.contact import tolerances
-from grazemap_core.contact.held_problem import HeldModel, held_problem, held_steady
-from grazemap_core.contact.kernels.cell_factors import cell_length, shortfall, tabulate_flow
+from grazemap_core.contact.kernels.cell_factors import cell_length, tabulate_flow
 from grazemap_core.contact.kernels.cells import CellProblem, Forced
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
-from grazemap_core.contact.reference_motion import reference_motion
-from grazemap_core.errors import ConditioningError, ParameterError
-from grazemap_core.model.held_structure import held_structure
-from grazemap_core.model.modal import KEPT_MODELS, ModalModel, modal_model
+from grazemap_core.contact.reference_motion import (
+    half_period_phases,
+    real_and_imaginary,
+    reference_motion,
+    whole_period,
+)
+from grazemap_core.contact.trajectory_models import TrajectoryModels, free_arrays
+from grazemap_core.errors import ParameterError
+from grazemap_core.model.modal import ModalModel
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.model.resonant_modes import reference_response
+from grazemap_core.model.resonant_modes import reference_response, resonant_modes
+from grazemap_core.model.tolerances import HELD_RESONANT_GAIN
 from grazemap_core.records import dataclass
 
 MAX_CELLS_PER_PERIOD = 200_000
@@ -38,7 +43,7 @@ class ForcedStructure:
     Arrays are computed when they are first asked for, and kept.
     """
 
-    models: HeldModel
+    models: TrajectoryModels
     """The modal models with the contact free and at rest, and the oscillator."""
     omega: float
     """Angular frequency of the forces."""
@@ -74,7 +79,7 @@ class ForcedStructure:
         step, step_low = cell_length(self.omega, cells)
         flow_table = np.empty(((cells if cells // 2 <= MAX_TABLED_CELLS else MAX_TABLED_CELLS) + 1, free.size, 8))
         tabulate_flow(free.decay, free.frequency_squared, (step, step_low), flow_table)
-        fixed = _fixed_arrays(self.models, 0.0 if np.all(free.frequency_squared > 0.0) else self.omega)
+        fixed = free_arrays(self.models, 0.0 if np.all(free.frequency_squared > 0.0) else self.omega)
         problem = CellProblem(
             **fixed,
             cell_flow=np.ascontiguousarray(flow_table[1, :, :4]),
@@ -98,11 +103,56 @@ class ForcedStructure:
         return reference_motion(self.models, self.steady, self.omega, step, self.cells, phase, output_row)
 
     def _held(self, phase: float) -> HeldProblem:
-        return held_problem(self.models, self.steady, self._held_steady, self.omega, self.cells, phase)
+        """Return the arrays of the kernels for a resting contact."""
+        size, (steady, exists) = self.oscillator.size, self._held_steady
+        orders = [harmonic.order for harmonic in self.oscillator.forces]
+        factors = np.stack(
+            [whole_period(np.exp(1j * (k * phase)) * half_period_phases(self.cells, k), k) for k in orders]
+        )
+        acceleration = self._acceleration_at_rest(steady, exists)
+        return HeldProblem(
+            **self.models.held_arrays,
+            steady_table=real_and_imaginary(acceleration[:, None] * factors),
+            phase_factors=real_and_imaginary(factors),
+            steady=real_and_imaginary(steady @ self.models.constrained.basis.T),
+            free_steady=real_and_imaginary(self.steady[:, :, :size].reshape(len(self.steady), -1)),
+            exists=exists,
+            omega=float(self.omega),
+        )
 
     @cached_property
     def _held_steady(self) -> tuple[Complexes, bool]:
-        return held_steady(self.models, self.omega)
+        """The steady amplitudes of the constrained structure by harmonic, (H, N - 1), and whether they exist."""
+        constrained, blocks, count = self.models.constrained, self.models.held, self.oscillator.size - 1
+        steady, exists = np.zeros((len(self.oscillator.forces), count), dtype=np.complex128), True
+        if blocks is None:  # without a motion to compute, or without an accurate closed form of it
+            return steady, count == 0
+        assert constrained.structure is not None
+        row = constrained.stiffness_row if np.any(constrained.stiffness_row) else np.ones(blocks.size)
+        for h, harmonic in enumerate(self.oscillator.forces):
+            on_basis = harmonic.amplitudes(np.array([self.omega]))[0][None] @ constrained.basis
+            if np.any(on_basis):
+                response = constrained.structure.response(np.array([harmonic.order * self.omega]), on_basis, row)
+                steady[h] = response.amplitudes[0]
+                resonant = resonant_modes(blocks, np.array([self.omega]), harmonic.order, HELD_RESONANT_GAIN)
+                exists = exists and bool(response.exists[0]) and not bool(np.any(resonant))
+        return steady, exists
+
+    def _acceleration_at_rest(self, steady: Complexes, exists: bool) -> Complexes:
+        """Return the acceleration of a resting contact by each harmonic if it were released, at phase 0, (H,).
+
+        `steady` is the steady motion of the constrained structure, shape (H, N - 1).
+        """
+        oscillator, constrained = self.oscillator, self.models.constrained
+        result = np.zeros(len(steady), dtype=np.complex128)
+        for h, harmonic in enumerate(oscillator.forces):
+            force = complex(np.sum(oscillator.jump * harmonic.amplitudes(np.array([self.omega]))[0]))
+            if exists:
+                rows = zip(constrained.stiffness_row.tolist(), constrained.damping_row.tolist(), strict=True)
+                for (stiff, viscous), amplitude in zip(rows, steady[h].tolist(), strict=True):
+                    force -= (stiff + 1j * harmonic.order * self.omega * viscous) * amplitude
+            result[h] = force / oscillator.effective_mass
+        return result
 
     def free_state(self, displacement: Floats, velocity: Floats, phase: float) -> Floats:
         """Return a state minus the reference motion at this phase, in block coordinates, shape (N, 2).
@@ -121,7 +171,7 @@ class ForcedStructure:
         return np.concatenate([np.sum(at_phase[:, 0].imag, axis=0), velocity])
 
 
-def forced_structures(models: HeldModel, omega: Floats) -> list[ForcedStructure]:
+def forced_structures(models: TrajectoryModels, omega: Floats) -> list[ForcedStructure]:
     """Return a structure at each of several forcing frequencies (m,).
 
     Raises
@@ -131,17 +181,6 @@ def forced_structures(models: HeldModel, omega: Floats) -> list[ForcedStructure]
     """
     steady = reference_response(models.oscillator, models.free, omega)
     return [ForcedStructure(models, float(at), amplitudes) for at, amplitudes in zip(omega, steady, strict=True)]
-
-
-@lru_cache(maxsize=KEPT_MODELS)
-def trajectory_models(oscillator: Oscillator) -> HeldModel:
-    """Return the modal models with the contact free and with it held; the last ones are kept, by the object."""
-    free, constrained = modal_model(oscillator), held_structure(oscillator)
-    try:
-        held = None if constrained.structure is None else modal_model(constrained.structure)
-    except (ConditioningError, ParameterError):  # only trajectories that come to rest end for this reason
-        held = None
-    return HeldModel(oscillator, free, constrained, held)
 
 
 def cells_per_period(models: Sequence[ModalModel], omega: float, order: int = 1) -> int:
@@ -161,51 +200,3 @@ def cells_per_period(models: Sequence[ModalModel], omega: float, order: int = 1)
             "omega", f"must be greater than the fastest exponent of the structure / {MAX_CELLS_PER_PERIOD // 6}"
         )
     return 2 * math.ceil(max(needed, tolerances.MIN_CELLS_PER_PERIOD) / 2)
-
-
-@lru_cache(maxsize=KEPT_MODELS)
-def _fixed_arrays(models: HeldModel, omega: float) -> dict[str, Any]:
-    """Return the fields of `CellProblem` that do not depend on the forcing frequency, unless there is a free mode.
-
-    A free mode, which contact does not see, has the forcing's unit of time: `omega`, which else counts for nothing.
-    """
-    model, oscillator = models.free, models.oscillator
-    count = model.size
-    frequency = np.where(model.frequency_squared > 0.0, np.sqrt(model.frequency_squared), omega)
-    a, b = model.contact_row.T
-    unit_displacement = (model.to_modal[:, :count] @ oscillator.jump).reshape(count, 2)
-    seen = np.any(model.contact_row != 0.0, axis=1)
-    output_row = np.stack([a, b, -b * model.frequency_squared, a - 2.0 * model.decay * b], axis=1)
-    reach, fourth = np.empty(count), np.empty(count)
-    for j in range(count):
-        generator = np.array([[0.0, 1.0], [-model.frequency_squared[j], -2.0 * model.decay[j]]])
-        row = output_row[j, :2]
-        reach[j] = math.hypot(row[0] / frequency[j], row[1])
-        row = row @ np.linalg.matrix_power(generator, 4)
-        fourth[j] = math.hypot(row[0] / frequency[j], row[1])
-    size = np.max(np.abs(model.shape[:, :, 0]) + frequency * np.abs(model.shape[:, :, 1]), axis=0)
-    size = np.where(seen | ~model.undamped, size / np.max(np.abs(oscillator.jump)), 0.0)
-    return {
-        "decay": np.ascontiguousarray(model.decay),
-        "discriminant": np.ascontiguousarray(model.discriminant),
-        "frequency_squared": np.ascontiguousarray(model.frequency_squared),
-        "frequency": frequency,
-        "output_row": np.ascontiguousarray(output_row),
-        "unit_impulse": np.ascontiguousarray(model.unit_impulse),
-        "unit_impulse_low": _unit_impulse_low(model, unit_displacement, output_row),
-        "unit_displacement": unit_displacement,
-        "reach": reach,
-        "fourth": fourth,
-        "displacement_scale": np.stack([size, size / frequency], axis=1),
-        "damped": not bool(np.any(model.undamped & seen)),
-    }
-
-
-def _unit_impulse_low(model: ModalModel, unit_displacement: Floats, output_row: Floats) -> Floats:
-    """Return the rounding error of `unit_impulse`, shape (N, 2).
-
-    Without it the energy would drift in one direction by a few roundings at every impact.
-    """
-    displacement = shortfall(output_row[:, :2], model.unit_impulse, 0.0)
-    velocity = shortfall(output_row[:, 2:], model.unit_impulse, 1.0)
-    return np.ascontiguousarray(displacement * unit_displacement + velocity * model.unit_impulse)

@@ -4,19 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 
 from grazemap_core.arrays import Booleans, Complexes, Floats
-from grazemap_core.contact.held_problem import (
-    HeldModel,
-    half_period_phases,
-    real_and_imaginary,
-    whole_period,
-)
 from grazemap_core.contact.tolerances import CLEARED, HIGHEST_ERROR
+from grazemap_core.contact.trajectory_models import TrajectoryModels
 from grazemap_core.model.drive import Harmonic
 from grazemap_core.model.kernels.forced_flow import forced_block
 from grazemap_core.model.modal import ModalModel
@@ -120,7 +115,7 @@ class _ResonantMode:
 
 
 def reference_motion(
-    models: HeldModel,
+    models: TrajectoryModels,
     steady: Complexes,
     omega: float,
     step: float,
@@ -335,3 +330,36 @@ def _lasting(
         return np.zeros((model.size, 2), dtype=np.complex128), complex(math.inf)
     amplitudes = np.where(resonant[:, None], modal_steady(oscillator, model, omega, harmonic), 0.0)
     return amplitudes, complex(steady + np.sum(amplitudes * output_row[:, :2]))
+
+
+def whole_period(half: Complexes, order: int = 1) -> Complexes:
+    """Return a table of a harmonic over the cells of a period from that over half of it, shape (cells + 1,).
+
+    The second half mirrors or repeats the first exactly, so that symmetric motions are symmetric to the last bit.
+    """
+    return np.concatenate([half, -half if order % 2 == 1 else half, half[:1]])
+
+
+@lru_cache(maxsize=16)
+def half_period_phases(cells: int, order: int = 1) -> Complexes:
+    """Return exp(2 pi i order k / cells) for 0 <= k < cells/2, with an error of one or two roundings; read-only.
+
+    Sines and cosines are computed at angles of at most pi/4.
+    """
+    k = order * np.arange(cells // 2) % cells
+    below = 2 * k >= cells  # the lower half of the circle
+    k = np.where(below, k - cells // 2, k)
+    back = 4 * k > cells
+    k = np.where(back, cells // 2 - k, k)
+    steep = 8 * k > cells
+    angle = np.where(steep, cells - 4 * k, 4 * k) * (math.pi / (2 * cells))
+    c, s = np.cos(angle), np.sin(angle)
+    first = np.where(back, -1.0, 1.0) * np.where(steep, s, c) + 1j * np.where(steep, c, s)
+    factors = np.where(below, -first, first)
+    factors.setflags(write=False)
+    return factors
+
+
+def real_and_imaginary(values: Complexes) -> Floats:
+    """Return complex numbers (...) as an array of (real, imaginary), shape (..., 2)."""
+    return np.ascontiguousarray(values).view(np.float64).reshape(*values.shape, 2)

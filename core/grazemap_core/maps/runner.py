@@ -11,10 +11,11 @@ import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.codes import HIDDEN_BY_ROUNDING, RESOLVED
-from grazemap_core.contact.forced import ForcedStructure, forced_structures, trajectory_models
+from grazemap_core.contact.forced import ForcedStructure, forced_structures
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.runs import new_run
 from grazemap_core.contact.stops import STOPS_UNIT, Clearance, both_clearances, stops_table, unit_of_stops
+from grazemap_core.contact.trajectory_models import trajectory_models
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.classification import classify_lane
 from grazemap_core.maps.kernels.column import Column, return_search

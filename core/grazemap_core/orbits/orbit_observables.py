@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.contact.forced import forced_structures, trajectory_models
+from grazemap_core.contact.forced import forced_structures
 from grazemap_core.contact.kernels.runs import EVENT_COLUMNS, HALF, TIME
 from grazemap_core.contact.stops import Clearance, stops_between
+from grazemap_core.contact.trajectory_models import trajectory_models
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
 from grazemap_core.orbits.impact_sequences import ImpactSequence

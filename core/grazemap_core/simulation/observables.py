@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from grazemap_core.arrays import Complexes, Floats
-from grazemap_core.contact.held_problem import HeldModel
 from grazemap_core.contact.kernels.cells import CellProblem, Forced
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
+from grazemap_core.contact.trajectory_models import TrajectoryModels
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.harmonic_response import harmonic_amplitudes
@@ -168,7 +168,7 @@ class _Rows:
 
 
 def observed_outputs(
-    wanted: Observables, models: HeldModel, forced: Forced, steady: Complexes, whole: bool = False
+    wanted: Observables, models: TrajectoryModels, forced: Forced, steady: Complexes, whole: bool = False
 ) -> ObservedOutputs:
     """Return the outputs of an oscillator at one forcing frequency, for the kernels.
 
@@ -252,7 +252,7 @@ def _output_rows(
     )
 
 
-def of_record(record: Record, models: HeldModel, wanted: Observables, periods: int) -> Floats:
+def of_record(record: Record, models: TrajectoryModels, wanted: Observables, periods: int) -> Floats:
     """Return the figures (count,) of a record that has all of its forcing periods; `wanted.nothing` of others."""
     if not record.end >= (periods - 0.5) * record.period:
         return wanted.nothing

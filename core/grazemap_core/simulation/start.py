@@ -12,7 +12,7 @@ import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.checks import checked_omega
-from grazemap_core.contact.forced import ForcedStructure, forced_structures, trajectory_models
+from grazemap_core.contact.forced import ForcedStructure, forced_structures
 from grazemap_core.contact.kernels.cells import Forced, reference_at
 from grazemap_core.contact.kernels.event_loop import Contact, impact_at_stop
 from grazemap_core.contact.kernels.runs import (
@@ -30,6 +30,7 @@ from grazemap_core.contact.kernels.sticking import rest_after_impact, start_on_s
 from grazemap_core.contact.kernels.sticking_flow import held_motion
 from grazemap_core.contact.kernels.stops import Stops, gap_of
 from grazemap_core.contact.stops import Clearance, both_clearances, require_length, stops_of
+from grazemap_core.contact.trajectory_models import trajectory_models
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.oscillator import Oscillator

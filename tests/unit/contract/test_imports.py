@@ -32,7 +32,7 @@ PLANTS = {
     ),
     "Kernels import kernels only": (
         "core/grazemap_core/contact/kernels/cells.py",
-        "from grazemap_core.contact import held_problem",
+        "from grazemap_core.contact import trajectory_models",
     ),
     "The worker speaks no HTTP": ("worker/grazemap_worker/tasks.py", "import fastapi"),
     "The worker's packages import only those below them": (

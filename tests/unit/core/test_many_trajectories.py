@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
-import grazemap_core.contact.forced as preparation
-from grazemap_core.contact.forced import forced_structures, trajectory_models
+import grazemap_core.contact.trajectory_models as preparation
+from grazemap_core.contact.forced import forced_structures
+from grazemap_core.contact.trajectory_models import trajectory_models
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation import start
@@ -114,8 +115,8 @@ def test_trajectories_of_one_oscillator_share_its_models(monkeypatch):
         return held(chain)
 
     monkeypatch.setattr(preparation, "held_structure", counted)
-    known = preparation._fixed_arrays.cache_info().hits
+    known = preparation.free_arrays.cache_info().hits
     first, second = (trajectory(oscillator, 0.5, 0.8, periods=3) for _ in range(2))
     assert calls == [oscillator]
-    assert preparation._fixed_arrays.cache_info().hits > known
+    assert preparation.free_arrays.cache_info().hits > known
     np.testing.assert_array_equal(first.displacement, second.displacement)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from grazemap_core.codes import HIDDEN_BY_ROUNDING
-from grazemap_core.contact.forced import trajectory_models
 from grazemap_core.contact.stops import STOPS_UNIT
+from grazemap_core.contact.trajectory_models import trajectory_models
 from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.maps import planes
 from grazemap_core.maps.kernels import lane_state

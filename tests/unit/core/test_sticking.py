@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from grazemap_core.codes import INFINITE
-from grazemap_core.contact.forced import trajectory_models
+from grazemap_core.contact.trajectory_models import trajectory_models
 from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile

@@ -8,7 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from grazemap_core.contact.forced import forced_structures, trajectory_models
+from grazemap_core.contact.forced import forced_structures
+from grazemap_core.contact.trajectory_models import trajectory_models
 from grazemap_core.grazing.steady_maxima import steady_motion
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
