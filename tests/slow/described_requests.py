@@ -19,7 +19,7 @@ from pathlib import Path
 import redis
 
 from grazemap.codec import decode_npz, encode_npz
-from grazemap.wire import PROCESSES, canonical, parse_request
+from grazemap.wire import PROCESSES, parse_request
 from grazemap_service.redis_server import RedisServer
 from grazemap_service.result_schemas import NUMERICS
 from grazemap_worker.store import Finished, Store, WorkerInfo, connect, core_version
@@ -39,7 +39,7 @@ def play(store: Store, stop: threading.Event) -> None:
     """Finish the jobs of examples and dismiss all others, until `stop` is set."""
     store.workers.renew(WorkerInfo(_WORKER, _FINGERPRINT, core_version()), _LEASE_SECONDS)
     examples = {
-        process: [canonical(parse_request(process, dict(example))) for example in model.operation.examples.values()]
+        process: [parse_request(process, dict(example)).canonical() for example in model.operation.examples.values()]
         for process, model in PROCESSES.items()
     }
     while not stop.wait(_LOOK_SECONDS):

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from grazemap.results import CodimensionTwoPoints
-from grazemap.wire import canonical, parse_request
+from grazemap.wire import parse_request
 from grazemap_worker.processes import IMPLEMENTATIONS
 
 ORDERS = {
@@ -66,7 +66,7 @@ def proofs_of(seed: int) -> tuple[int, list[dict[str, Any]]]:
     body = {"oscillator": oscillator, "omega": {"start": 0.2 / p, "stop": 1.5 / p}, "max_order": MOST_ORDER, **stops}
     request = parse_request("codimension-two-points", {**body, "max_multiple": 2})
     document = IMPLEMENTATIONS["codimension-two-points"].whole(request, lambda done, total: None)
-    result = CodimensionTwoPoints.from_document(document, {"request": canonical(request)})
+    result = CodimensionTwoPoints.from_document(document, {"request": request.canonical()})
     points = [point for point in result.points if point.kind in ("recurrence", "resonant")]
     proofs = []
     for point in points[:: max(1, len(points) // MOST_POINTS)]:

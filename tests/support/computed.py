@@ -11,7 +11,7 @@ from grazemap.codec import decode_npz, encode_npz
 from grazemap.results import VERSION, Result, schema_of
 from grazemap.results.base import decode_result
 from grazemap.results.basins import TILE_OF_BASINS
-from grazemap.wire import canonical, parse_request
+from grazemap.wire import parse_request
 from grazemap_worker.processes import IMPLEMENTATIONS
 from tests.support.document_problems import problems
 
@@ -56,5 +56,5 @@ def refused_at(process: str, body: dict[str, Any]) -> tuple[str, ...]:
 
 def result_of(process: str, body: dict[str, Any], document: dict[str, Any]) -> Result:
     """Return the result that a client makes of the document of a request."""
-    meta = {"process": process, "schema": VERSION, "request": canonical(parse_request(process, body))}
+    meta = {"process": process, "schema": VERSION, "request": parse_request(process, body).canonical()}
     return decode_result(encode_npz(document, {**meta, "core_version": "0"}))

@@ -14,7 +14,7 @@ from grazemap.codec import encode_npz
 from grazemap.results import RESULTS, VERSION, ChanceToSettle, CodimensionTwoPoint, class_of, decode_result
 from grazemap.results.documents import Document, array_units, document_of
 from grazemap.results.fields import Field, RecordSchema
-from grazemap.wire import canonical, parse_request
+from grazemap.wire import parse_request
 
 _SCALARS = {"float": 0.5, "int": 1, "bool": True, "str": "text"}
 
@@ -535,7 +535,7 @@ def _encoded(sample: str, whole: Document, extra: Mapping[str, Any]) -> bytes:
     meta = {
         "process": process,
         "schema": VERSION,
-        "request": canonical(parse_request(process, REQUESTS[sample])),
+        "request": parse_request(process, REQUESTS[sample]).canonical(),
         "core_version": "1",
         "numerics": {},
         "units": "nondimensional",

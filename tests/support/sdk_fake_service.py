@@ -12,7 +12,7 @@ from typing import Any
 
 import httpx2
 
-from grazemap.wire import canonical, canonical_id, notes_on, parse_request
+from grazemap.wire import canonical_id, notes_on, parse_request
 from tests.support.sdk_documents import ADAPTIVE, MANY, npz
 
 
@@ -88,7 +88,7 @@ class FakeService:
 
     def _submit(self, process: str, body: dict[str, Any]) -> httpx2.Response:
         request = parse_request(process, body)
-        name = canonical_id(process, canonical(request), "1")
+        name = canonical_id(process, request.canonical(), "1")
         there = name in self.jobs and self.jobs[name]["status"] not in ("failed", "dismissed")
         if not there:
             self.computed += 1

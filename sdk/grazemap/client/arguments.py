@@ -32,7 +32,6 @@ from grazemap.wire import (
     Range,
     Statement,
     StateRange,
-    parse_request,
 )
 from grazemap.wire.base import Kind, is_range_or_list, plain
 from grazemap.wire.error_details import errors_of
@@ -82,7 +81,7 @@ def validated(process: str, body: Mapping[str, Any] | ProcessRequest) -> Process
     if not isinstance(body, Mapping):
         raise refusal("", "the request is not an object", "a mapping, as the HTTP interface takes it")
     try:
-        return parse_request(process, dict(body))
+        return model.model_validate(dict(body))
     except ValidationError as error:
         details = [{**item, "loc": ("body", *item["loc"])} for item in error.errors(include_url=False)]
         raise parameter_error(errors_of(details, naming=True)) from None

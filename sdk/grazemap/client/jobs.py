@@ -42,7 +42,6 @@ from grazemap.wire import (
     ProcessRequest,
     Progress,
     Status,
-    canonical,
     notes_on,
     unstated,
 )
@@ -209,7 +208,7 @@ async def forecast(connection: AsyncConnection, request: ProcessRequest) -> Fore
 
 
 def _body(request: ProcessRequest) -> bytes:
-    return json.dumps(canonical(request), separators=(",", ":"), allow_nan=False).encode()
+    return json.dumps(request.canonical(), separators=(",", ":"), allow_nan=False).encode()
 
 
 def _batch_member(request: ProcessRequest) -> bytes:

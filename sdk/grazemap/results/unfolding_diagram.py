@@ -22,7 +22,7 @@ from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve, StopGra
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, field
 from grazemap.results.unfolding import LABEL, UnfoldingMap
-from grazemap.wire import UnfoldingDiagramsRequest, canonical, motion_label
+from grazemap.wire import UnfoldingDiagramsRequest, motion_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -172,7 +172,7 @@ class UnfoldingDiagram(Result, process="unfolding-diagrams", roles=UnfoldingMap.
                 parts[member.name] = None
                 if member.name in document or not member.optional:
                     request = getattr(diagram_request, _REQUESTS.get(member.name, member.name))
-                    part, own = document[member.name], {"process": member.type.process, "request": canonical(request)}
+                    part, own = document[member.name], {"process": member.type.process, "request": request.canonical()}
                     its_meta = meta_of_part(member.type, part, meta, **own)
                     parts[member.name] = member.type.kind.from_document(part, its_meta)
         for name in ("grazing_curves", "borders"):

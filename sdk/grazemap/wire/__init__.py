@@ -28,9 +28,9 @@ from grazemap.wire.orbits import (
     PeriodicOrbitsRequest,
 )
 from grazemap.wire.oscillator import Oscillator
-from grazemap.wire.planes import OneParameterRequest, PlaneRequest
+from grazemap.wire.planes import OneParameterRequest, PlaneRequest, UnfoldingMapsRequest
 from grazemap.wire.process import Operation, ProcessRequest
-from grazemap.wire.processes import PROCESSES, canonical, canonical_id, parse_request
+from grazemap.wire.processes import PROCESSES, canonical_id, parse_request
 from grazemap.wire.proofs import ProofsRequest, Statement
 from grazemap.wire.requests import (
     CodimensionTwoPointsRequest,
@@ -38,7 +38,6 @@ from grazemap.wire.requests import (
     GrazingCurvesRequest,
     TrajectoriesRequest,
     UnfoldingDiagramsRequest,
-    UnfoldingMapsRequest,
 )
 from grazemap.wire.states import InitialState
 from grazemap.wire.status import Computing, ServiceStatus, Waiting, WorkerState
@@ -94,7 +93,6 @@ __all__ = [
     "UnfoldingMapsRequest",
     "Waiting",
     "WorkerState",
-    "canonical",
     "canonical_id",
     "grid_points",
     "grid_values",

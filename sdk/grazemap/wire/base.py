@@ -116,10 +116,26 @@ class Request(BaseModel):
         """Return the names of fields without effect because of other fields; the canonical text lacks them."""
         return ()
 
+    def canonical(self) -> dict[str, Any]:
+        """Return the request as plain JSON values with every default filled in; equal requests have equal ones."""
+        folded: dict[str, Any] = _folded(self.model_dump(mode="json"))
+        return folded
+
     @model_serializer(mode="wrap")
     def _without_unused(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
         unused = self.unused()
         return {name: value for name, value in dump(self).items() if name not in unused}
+
+
+def _folded(value: Any) -> Any:
+    """Return JSON values with 0.0 in place of -0.0."""
+    if isinstance(value, float):
+        return value + 0.0
+    if isinstance(value, list):
+        return [_folded(item) for item in value]
+    if isinstance(value, dict):
+        return {key: _folded(item) for key, item in value.items()}
+    return value
 
 
 class Response(BaseModel):

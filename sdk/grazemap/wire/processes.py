@@ -58,12 +58,6 @@ def parse_request(process: str, body: dict[str, Any]) -> ProcessRequest:
     return PROCESSES[process].model_validate(body)
 
 
-def canonical(request: ProcessRequest) -> dict[str, Any]:
-    """Return the request as plain JSON values with every default filled in."""
-    folded: dict[str, Any] = _folded(request.model_dump(mode="json"))
-    return folded
-
-
 def canonical_id(process: str, values: Mapping[str, Any], core_version: str) -> str:
     """Return the id of a canonical request's job: the sha256, in hex, of process, core version and request."""
     text = json.dumps(
@@ -73,13 +67,3 @@ def canonical_id(process: str, values: Mapping[str, Any], core_version: str) -> 
         allow_nan=False,
     )
     return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _folded(value: Any) -> Any:
-    if isinstance(value, float):
-        return value + 0.0
-    if isinstance(value, list):
-        return [_folded(item) for item in value]
-    if isinstance(value, dict):
-        return {key: _folded(item) for key, item in value.items()}
-    return value

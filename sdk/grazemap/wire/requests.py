@@ -1,9 +1,4 @@
-"""The requests for curves and points of grazing, trajectories and maps.
-
->>> request = UnfoldingMapsRequest(omega=[0.28, 0.29], clearance=[1.5, 1.6])
->>> request.horizontal.vary, request.vertical.values
-('omega', [1.5, 1.6])
-"""
+"""The requests for curves and points of grazing, trajectories, and diagrams of maps with their borders."""
 
 from __future__ import annotations
 
@@ -29,9 +24,18 @@ from grazemap.wire.base import (
 )
 from grazemap.wire.observables import ObservedRequest
 from grazemap.wire.orbits import MAX_CURVE_POINTS, BifurcationCurvesRequest
-from grazemap.wire.planes import SCALARS, Axis, Frequencies, FrequencyWindow, PlaneRequest, WindowAxis
+from grazemap.wire.planes import (
+    SCALARS,
+    Axis,
+    Frequencies,
+    FrequencyWindow,
+    PlaneRequest,
+    UnfoldingMapsRequest,
+    WindowAxis,
+    example_axis,
+)
 from grazemap.wire.process import Operation, PointRequest, ProcessRequest, ShortForms
-from grazemap.wire.states import InitialState, InitialStates, MaxPeriod, MaxPeriods, Multiple, Seed
+from grazemap.wire.states import InitialState, InitialStates, MaxPeriod, MaxPeriods, Multiple
 from grazemap.wire.structure import ClearancePair, OtherClearance, StopName, varied_stop
 
 Order = Annotated[int, Field(ge=1, le=200), Listable]
@@ -270,90 +274,6 @@ class TrajectoriesRequest(PointRequest, ObservedRequest):
         return self.periods * self.samples_per_period if self.times is None else len(self.times)
 
 
-def _axis(vary: str, start: float, stop: float, points: int = 16) -> dict[str, Any]:
-    """Return an axis, for examples."""
-    return {"vary": vary, "values": {"start": start, "stop": stop, "points": points}}
-
-
-def _example(points: int) -> dict[str, Any]:
-    axes = {"horizontal": _axis("omega", 0.26, 0.3, points), "vertical": _axis("clearance", 1.3, 2.0, points)}
-    return {**axes, "max_periods": 200}
-
-
-class UnfoldingMapsRequest(PlaneRequest, ObservedRequest):
-    """The motion that each point of a rectangle of two parameters settles to: of omega and clearance, or of others.
-
-    Trajectories start at rest; in a sweep, at the final state for the next smaller or larger value of the vertical
-    parameter; in an ensemble, at random states, and the map has the motion that most of them settle to.
-
-    An adaptive map is computed where neighbours differ and inferred where they agree. A preview takes less time; it
-    classifies periodic motions only.
-    """
-
-    operation = Operation(
-        "unfolding-maps",
-        "submit_unfolding_map",
-        "Unfolding map",
-        "Compute the motion that each point of a grid settles to; its tiles can be fetched before the map is complete.",
-        {
-            "coarse map of the default oscillator": _example(16),
-            "map computed where neighbours differ": {**_example(32), "adaptive": True},
-            "names of motions, soon": {**_example(32), "preview": True},
-            "one stop": {
-                **_example(16),
-                "vertical": _axis("clearance_right", 0.5, 2.0),
-                "clearance": {"left": None},
-            },
-            "over frequency and restitution": {
-                "horizontal": _axis("omega", 0.26, 0.3),
-                "vertical": _axis("restitution", 0.5, 0.9),
-                "clearance": 1.6,
-                "max_periods": 200,
-            },
-        },
-    )
-
-    horizontal: Axis
-    """The parameter of the map's columns and its values."""
-    vertical: Axis
-    """The parameter of the map's rows and its values."""
-    policy: Literal["rest", "sweep-up", "sweep-down", "ensemble"] = "rest"
-    """Where trajectories start: at rest, at the final state of a neighbour, or at several random states."""
-    max_periods: MaxPeriods = 1000
-    max_period: MaxPeriod = 32
-    # Of the policy "ensemble" only; accepted with any policy, but then not part of the request.
-    initial_conditions: Annotated[int, Field(ge=1, le=1000), Listable] = 16
-    """Random states at each point, for the policy ensemble; ignored with another policy."""
-    seed: Seed = 0
-    """Seed of the random states, for the policy ensemble; ignored with another policy."""
-    adaptive: Annotated[bool, LeftOut] = False
-    """Whether points are inferred where all neighbours agree, and computed only elsewhere; not for a sweep."""
-    preview: Annotated[bool, LeftOut] = False
-    """Whether only periodic motions are identified: faster, without multipliers, exponents and chaos."""
-    resolve_sensitive: Annotated[bool, LeftOut] = False
-    """Whether the motions of sensitive points are decided in more digits, which takes seconds a point."""
-
-    @model_validator(mode="after")
-    def _options_agree(self) -> UnfoldingMapsRequest:
-        if self.resolve_sensitive and self.policy.startswith("sweep"):
-            raise invalid("a sweep starts at rounded states", "false for a sweep", "resolve_sensitive")
-        if self.resolve_sensitive and self.adaptive:
-            raise invalid("an adaptive map is not resolved", "false for an adaptive map", "resolve_sensitive")
-        if self.adaptive and self.policy.startswith("sweep"):
-            raise invalid(
-                "a sweep cannot be adaptive: each point starts from its neighbour", "rest or ensemble", "policy"
-            )
-        for name in ("adaptive", "resolve_sensitive"):
-            if self.observed and getattr(self, name):
-                detail = "observables and outputs are of motions that a trajectory in double precision has settled to"
-                raise invalid(detail, "false where observables or outputs are asked for", name)
-        return self
-
-    def unused(self) -> Collection[str]:
-        """Return the names of the fields of ensembles for other policies."""
-        return () if self.policy == "ensemble" else ("initial_conditions", "seed")
-
-
 class UnfoldingDiagramsRequest(PlaneRequest):
     """An unfolding map from rest, with the curves and points that are drawn over it.
 
@@ -369,19 +289,19 @@ class UnfoldingDiagramsRequest(PlaneRequest):
         "Compute an unfolding map, the curves and points over it, and an explanation of every border of its regions.",
         {
             "coarse diagram near the paper's codimension-two point": {
-                "horizontal": _axis("omega", 0.275, 0.29),
-                "vertical": _axis("clearance", 1.8, 2.0),
+                "horizontal": example_axis("omega", 0.275, 0.29),
+                "vertical": example_axis("clearance", 1.8, 2.0),
                 "max_periods": 400,
             },
             "one stop": {
-                "horizontal": _axis("omega", 0.275, 0.29),
-                "vertical": _axis("clearance_right", 1.8, 2.0),
+                "horizontal": example_axis("omega", 0.275, 0.29),
+                "vertical": example_axis("clearance_right", 1.8, 2.0),
                 "clearance": {"left": None},
                 "max_periods": 400,
             },
             "over frequency and force": {
-                "horizontal": _axis("omega", 0.275, 0.29),
-                "vertical": _axis("forcing", 0.9, 1.1),
+                "horizontal": example_axis("omega", 0.275, 0.29),
+                "vertical": example_axis("forcing", 0.9, 1.1),
                 "clearance": 1.9,
                 "max_periods": 400,
             },

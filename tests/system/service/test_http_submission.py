@@ -12,7 +12,7 @@ import httpx2
 import pytest
 from starlette.testclient import TestClient
 
-from grazemap.wire import PROCESSES, Oscillator, UnfoldingDiagramsRequest, canonical
+from grazemap.wire import PROCESSES, Oscillator, UnfoldingDiagramsRequest
 from grazemap_service.request_body import JsonRequest
 from grazemap_worker.queue import wake_ups
 from grazemap_worker.store import Store, WorkerInfo, core_version, jobs
@@ -267,7 +267,7 @@ def test_the_parts_of_a_diagrams_request_are_made_once() -> None:
     request = UnfoldingDiagramsRequest.model_validate(MAP)
     for name in ("unfolding_map", "grazing_curve", "codimension_two_points", "bifurcation_curves"):
         assert getattr(request, name) is getattr(request, name)
-    assert canonical(request) == canonical(UnfoldingDiagramsRequest.model_validate(MAP))
+    assert request.canonical() == UnfoldingDiagramsRequest.model_validate(MAP).canonical()
     assert request == UnfoldingDiagramsRequest.model_validate(MAP)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from grazemap.wire import canonical, canonical_id, parse_request
+from grazemap.wire import canonical_id, parse_request
 from grazemap_worker.processes import IMPLEMENTATIONS
 from tests.support.computed import tiled, whole
 
@@ -77,6 +77,6 @@ def test_a_plane_of_structures_takes_longer_by_the_estimate() -> None:
     seconds = {}
     for vary in ("restitution", "damping"):
         request = parse_request("unfolding-maps", body_of(vary))
-        assert canonical_id("unfolding-maps", canonical(request), "0")
+        assert canonical_id("unfolding-maps", request.canonical(), "0")
         seconds[vary] = IMPLEMENTATIONS["unfolding-maps"].plan(request).estimate.seconds
     assert seconds["damping"] > 2.0 * seconds["restitution"]

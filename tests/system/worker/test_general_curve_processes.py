@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from grazemap.results import BifurcationCurves, UnfoldingDiagram
-from grazemap.wire.processes import canonical, parse_request
+from grazemap.wire.processes import parse_request
 from grazemap_worker.processes import IMPLEMENTATIONS
 from tests.support.computed import refused_at, result_of, tiled, whole
 from tests.support.thorough import the_first
@@ -29,18 +29,18 @@ PRELOADED = {"right": ROWS, "left": 0.5}
 
 def test_requests_of_equal_stops_have_the_simplest_text() -> None:
     window = {"omega": OMEGA, "clearance": CLEARANCE}
-    both = canonical(parse_request("bifurcation-curves", window))
+    both = parse_request("bifurcation-curves", window).canonical()
     assert both["vertical"] == {"vary": "clearance", "values": CLEARANCE}
     assert "clearance" not in both
     for clearance in ({"right": CLEARANCE}, {"right": CLEARANCE, "left": None}):
-        text = canonical(parse_request("bifurcation-curves", {**window, "clearance": clearance}))
+        text = parse_request("bifurcation-curves", {**window, "clearance": clearance}).canonical()
         assert text["vertical"] == {"vary": "clearance_right", "values": CLEARANCE}
         assert text["clearance"] == {"left": None}
     diagram = parse_request("unfolding-diagrams", {**GRID, "clearance": ROWS})
-    assert canonical(diagram)["vertical"] == {"vary": "clearance", "values": ROWS}
+    assert diagram.canonical()["vertical"] == {"vary": "clearance", "values": ROWS}
     assert diagram.plane.mirrors
-    assert "clearance" not in canonical(diagram.grazing_curve)
-    assert "clearance" not in canonical(diagram.codimension_two_points)
+    assert "clearance" not in diagram.grazing_curve.canonical()
+    assert "clearance" not in diagram.codimension_two_points.canonical()
     for change in ({"clearance": {"right": ROWS}}, {"oscillator": {"restitution": {"right": 0.8, "left": 0.7}}}):
         assert not parse_request("unfolding-diagrams", {**GRID, "clearance": ROWS, **change}).plane.mirrors
 
@@ -155,7 +155,7 @@ def test_diagrams_have_every_field_and_no_border_is_unexplained(clearance: Any, 
     request = parse_request("unfolding-diagrams", body)
     diagram = result_of("unfolding-diagrams", body, tiled("unfolding-diagrams", body))
     assert isinstance(diagram, UnfoldingDiagram)
-    assert diagram.unfolding_map.meta["request"] == canonical(request.unfolding_map)
+    assert diagram.unfolding_map.meta["request"] == request.unfolding_map.canonical()
     alike = clearance is ROWS and "bias" not in oscillator
     assert (diagram.grazing_curve is None) != alike
     assert (diagram.stop_grazing_curves is None) == (alike or clearance is PRELOADED)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from grazemap.wire.processes import canonical, parse_request
+from grazemap.wire.processes import parse_request
 from tests.support.computed import refused_at, whole
 
 ONE = {"motion": {"period": 1, "stops": [1]}}
@@ -24,12 +24,12 @@ def test_equal_sides_are_one_number() -> None:
     plain = {"omega": 0.27, "clearance": 1.85, **ONE}
     same = {**plain, "clearance": {"right": 1.85, "left": 1.85}}
     for process, more in (("periodic-orbits", {}), ("orbit-branches", {"range": {"start": 1.8, "stop": 1.9}})):
-        texts = [canonical(parse_request(process, {**body, **more})) for body in (plain, same)]
+        texts = [parse_request(process, {**body, **more}).canonical() for body in (plain, same)]
         assert texts[0] == texts[1]
         assert texts[0]["clearance"] == 1.85
-        alone = canonical(parse_request(process, {**plain, **more, "vary": "clearance_right"} if more else plain))
+        alone = parse_request(process, {**plain, **more, "vary": "clearance_right"} if more else plain).canonical()
         assert alone["clearance"] == 1.85
-    absent = canonical(parse_request("periodic-orbits", {**plain, "clearance": {"right": 1.85}}))
+    absent = parse_request("periodic-orbits", {**plain, "clearance": {"right": 1.85}}).canonical()
     assert absent["clearance"] == {"right": 1.85, "left": None}
 
 

@@ -25,7 +25,7 @@ from grazemap.results import (
 from grazemap.results import observables as schema
 from grazemap.results.base import _decode_json
 from grazemap.results.observables import variables_of
-from grazemap.wire import ProcessRequest, canonical, canonical_id, parse_request
+from grazemap.wire import ProcessRequest, canonical_id, parse_request
 from grazemap.wire.observables import OBSERVABLES
 from grazemap_core import warmup
 from grazemap_core.errors import LinearisationError
@@ -172,14 +172,14 @@ def test_an_orbit_that_rests_and_one_that_is_not_found(monkeypatch: pytest.Monke
 
 
 def identity(process: str, request: ProcessRequest) -> str:
-    return canonical_id(process, canonical(request), "0")
+    return canonical_id(process, request.canonical(), "0")
 
 
 @pytest.mark.parametrize("process", REQUESTS)
 def test_what_is_not_asked_for_changes_neither_id_nor_kernels(process: str) -> None:
     body = REQUESTS[process]
     plain, empty = (parse_request(process, variant) for variant in (body, {**body, "observables": [], "outputs": {}}))
-    assert "observables" not in canonical(plain)
+    assert "observables" not in plain.canonical()
     assert identity(process, plain) == identity(process, empty)
     asked = parse_request(process, {**body, **ASKED})
     turned = {**ASKED, "observables": ASKED["observables"][::-1]}

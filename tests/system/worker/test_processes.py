@@ -13,7 +13,7 @@ from flint import acb, acb_mat, ctx
 
 from grazemap.checker import check
 from grazemap.codec import decode_npz, encode_npz
-from grazemap.wire import Oscillator, canonical, canonical_id, parse_request
+from grazemap.wire import Oscillator, canonical_id, parse_request
 from grazemap_core.errors import CoreError
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_worker.planning import Plan
@@ -384,7 +384,7 @@ def test_a_diagram_has_the_results_of_its_parts_and_explains_its_borders() -> No
     request = parse_request("unfolding-diagrams", body)
     single, many = (tiled("unfolding-diagrams", body, *tile) for tile in ((6, 4), (4, 3)))
     assert encode_npz(single, {}) == encode_npz(many, {})
-    alone = tiled("unfolding-maps", canonical(request.unfolding_map), 6, 4)
+    alone = tiled("unfolding-maps", request.unfolding_map.canonical(), 6, 4)
     assert encode_npz(single["unfolding_map"], {}) == encode_npz(alone, {})
     curves = IMPLEMENTATIONS["bifurcation-curves"].whole(request.bifurcation_curves, lambda done, total: None)
     assert encode_npz(single["bifurcation_curves"], {}) == encode_npz(curves, {})
@@ -602,11 +602,11 @@ def test_every_policy_is_cut_so_that_the_bytes_stay_the_same(policy: str) -> Non
 
 def test_options_set_to_false_do_not_change_the_id_of_a_map() -> None:
     def asked(**changes: object) -> str:
-        return canonical_id("unfolding-maps", canonical(parse_request("unfolding-maps", {**MAP, **changes})), "1.0")
+        return canonical_id("unfolding-maps", parse_request("unfolding-maps", {**MAP, **changes}).canonical(), "1.0")
 
     # nothing of it is in the question's text, so ids of questions from before maps could be so are the same
     for name in ("adaptive", "preview", "resolve_sensitive"):
-        assert name not in canonical(parse_request("unfolding-maps", {**MAP, name: False}))
+        assert name not in parse_request("unfolding-maps", {**MAP, name: False}).canonical()
         assert asked() == asked(**{name: False}) != asked(**{name: True})
 
 
@@ -633,7 +633,7 @@ def test_a_map_says_which_points_it_has_resolved(policy: str) -> None:
 
 def test_the_fields_of_an_ensemble_are_part_of_its_request_only() -> None:
     def asked(**changes: object) -> str:
-        return canonical_id("unfolding-maps", canonical(parse_request("unfolding-maps", {**MAP, **changes})), "1.0")
+        return canonical_id("unfolding-maps", parse_request("unfolding-maps", {**MAP, **changes}).canonical(), "1.0")
 
     assert asked() == asked(policy="rest", seed=7, initial_conditions=3)
     assert asked(policy="sweep-up") == asked(policy="sweep-up", seed=7)

@@ -18,7 +18,6 @@ from grazemap.wire import (
     Job,
     Problem,
     UnfoldingMapsRequest,
-    canonical,
     canonical_id,
     parse_request,
 )
@@ -95,7 +94,7 @@ def test_same_request_is_one_job(store: Store) -> None:
     second, again = submitting.submit(store, "grazing-curves", same, "1", cut, 10)
     assert (created is None, again is None) == (False, True)
     assert first == second
-    assert first.id == canonical_id("grazing-curves", canonical(request), "1")
+    assert first.id == canonical_id("grazing-curves", request.canonical(), "1")
     assert first.status == "accepted"
     assert first.created is not None
 
@@ -315,7 +314,7 @@ def test_a_full_queue_accepts_nothing_and_stores_nothing(store: Store) -> None:
     with pytest.raises(BacklogFull) as caught:
         submitting.submit(store, "unfolding-maps", map_request(5), "1", FOUR, 7)
     assert caught.value.retry_after >= 1
-    assert store.jobs.get(canonical_id("unfolding-maps", canonical(map_request(5)), "1")) is None
+    assert store.jobs.get(canonical_id("unfolding-maps", map_request(5).canonical(), "1")) is None
     assert len(store.jobs.page()[0]) == 1
     _, created = submitting.submit(store, "unfolding-maps", map_request(), "1", FOUR, 4)
     assert not created  # what is there already needs no room

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from grazemap.codec import Document, decode_npz
-from grazemap.wire import Estimate, GrazingCurvesRequest, Job, UnfoldingMapsRequest, canonical, grid_values
+from grazemap.wire import Estimate, GrazingCurvesRequest, Job, UnfoldingMapsRequest, grid_values
 from grazemap_core.errors import ParameterError
 from grazemap_worker import tasks
 from grazemap_worker.planning import Plan, Tile
@@ -477,4 +477,4 @@ def test_a_request_is_parsed_once_per_claim_and_never_canonicalised(worker: pyte
     assert counts == {"parsed": 1, "canonicalised": 0}
     compute_all(store, tiles=1)  # and the assembly
     assert counts == {"parsed": 3, "canonicalised": 0}
-    assert decode_npz(whole(store, job.id))[1]["request"] == canonical(REQUEST)
+    assert decode_npz(whole(store, job.id))[1]["request"] == REQUEST.canonical()

@@ -27,7 +27,6 @@ from grazemap.wire import (
     ProcessRequest,
     Range,
     UnfoldingMapsRequest,
-    canonical,
     canonical_id,
     parse_request,
 )
@@ -97,14 +96,14 @@ PATH = {"omega": 0.3, "clearance": 1.5, "periods": 2}
 
 
 def test_times_take_the_place_of_evenly_spaced_samples():
-    plain = canonical(validated("trajectories", PATH))
+    plain = validated("trajectories", PATH).canonical()
     assert plain["samples_per_period"] == 200
     assert "times" not in plain
-    asked = canonical(validated("trajectories", {**PATH, "times": np.array([0, 1.5])}))
+    asked = validated("trajectories", {**PATH, "times": np.array([0, 1.5])}).canonical()
     assert asked["times"] == [0.0, 1.5]
     assert "samples_per_period" not in asked
     # what a worker parses is the same question again
-    assert canonical(validated("trajectories", asked)) == asked
+    assert validated("trajectories", asked).canonical() == asked
 
 
 def test_a_request_of_an_earlier_version_keeps_its_id():
@@ -112,15 +111,15 @@ def test_a_request_of_an_earlier_version_keeps_its_id():
     known = "b054270bdec750d3644de0568904420db1ae72967fbd2de77798886b73d71035"
     body = {"omega": 0.29, "clearance": 1.6, "periods": 2}
     for extra in ({}, {"samples_per_period": 200, "initial": {"phase": 0}}, {"times": None}):
-        assert canonical_id("trajectories", canonical(validated("trajectories", {**body, **extra})), "0.1.0") == known
+        assert canonical_id("trajectories", validated("trajectories", {**body, **extra}).canonical(), "0.1.0") == known
     listed = validated("trajectories", {**body, "initial": [{}]})
-    assert canonical_id("trajectories", canonical(listed), "0.1.0") != known
+    assert canonical_id("trajectories", listed.canonical(), "0.1.0") != known
 
 
 def test_states_of_a_list_are_written_out_one_by_one():
     request = validated("trajectories", {**PATH, "initial": ({}, {"velocity": (0, 0, 1)})})
     assert [state.velocity for state in request.states] == [[0.0] * 3, [0.0, 0.0, 1.0]]
-    assert canonical(validated("trajectories", canonical(request))) == canonical(request)
+    assert validated("trajectories", request.canonical()).canonical() == request.canonical()
     for states in (np.array([{}], dtype=object), iter([{}])):
         assert "/initial" in refused(validated, "trajectories", {**PATH, "initial": states})
 
@@ -298,13 +297,13 @@ def test_motions_of_a_window_are_given_in_several_ways():
     assert third.velocities == [0.25, -0.25]
     assert orbit(motion=result).motion.phases == third.phases
     # the numbers of closed forms are no part of a question for motions, and the other way round
-    texts = [canonical(curves(None)), canonical(asked)]
+    texts = [curves(None).canonical(), asked.canonical()]
     assert [sorted({"motions", "max_multiple", "points"} & set(text)) for text in texts] == [
         ["max_multiple", "points"],
         ["motions"],
     ]
     wider = curves([(1, [1, -1]), (1, [1, -1]), result], max_multiple=9, points=50)
-    assert canonical(wider) == canonical(asked)
+    assert wider.canonical() == asked.canonical()
 
 
 def test_windows_of_one_stop_and_the_orbits_in_them():

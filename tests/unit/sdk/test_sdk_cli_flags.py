@@ -14,7 +14,7 @@ import grazemap
 from grazemap import cli
 from grazemap.cli import files
 from grazemap.codec import decode_npz, encode_npz
-from grazemap.wire import PROCESSES, canonical, parse_request
+from grazemap.wire import PROCESSES, parse_request
 from tests.support.sdk_documents import MANY, MOTIONS, REQUESTS, npz
 from tests.support.sdk_fake_service import problem
 
@@ -86,7 +86,7 @@ def test_the_example_of_the_help_is_the_first_of_the_process(run, service, capsy
     run(*shlex.split(example))
     (job,) = service.jobs.values()
     expected = parse_request(process, next(iter(PROCESSES[process].operation.examples.values())))
-    assert canonical(parse_request(process, job["request"])) == canonical(expected)
+    assert parse_request(process, job["request"]).canonical() == expected.canonical()
 
 
 @pytest.mark.parametrize(("sample", "only"), [(MANY, "initial"), (MOTIONS, "motions")])
@@ -110,7 +110,7 @@ def test_flags_take_precedence_over_json(run, service, tmp_path):
     )
     run("grazing-curves", "--json", str(path), "--restitution", "0.6", "--omega", "3:4:2", "--no-sequence")
     (job,) = service.jobs.values()
-    request = canonical(parse_request("grazing-curves", job["request"]))
+    request = parse_request("grazing-curves", job["request"]).canonical()
     assert (request["oscillator"]["restitution"], request["oscillator"]["damping"]) == (0.6, 0.1)
     assert (request["axis"]["values"], request["max_order"]) == ({"start": 3.0, "stop": 4.0, "points": 2}, 3)
 
@@ -129,7 +129,7 @@ def test_flags_take_precedence_over_json(run, service, tmp_path):
 )
 def test_flags_take_precedence_over_the_axes_of_json(run, service, tmp_path, process, flags, place, value, short):
     """The request of a job or of a result has the one form."""
-    asked = canonical(parse_request(process, REQUESTS[process]))
+    asked = parse_request(process, REQUESTS[process]).canonical()
     path = tmp_path / "request.json"
     path.write_text(json.dumps(PROCESSES[process].short_form(asked) if short else asked))
     run(process, "--json", str(path), *flags.split())
@@ -140,7 +140,7 @@ def test_flags_take_precedence_over_the_axes_of_json(run, service, tmp_path, pro
         inside = inside[part]
     assert inside[name] != value
     inside[name] = value
-    assert canonical(parse_request(process, job["request"])) == asked
+    assert parse_request(process, job["request"]).canonical() == asked
 
 
 def test_a_list_of_one_number_ends_with_a_comma(run, service):
@@ -347,7 +347,7 @@ IN_UNITS = {
 def test_frequencies_and_lengths_may_have_units_in_si(run, service, words):
     assert run(*shlex.split(words), *SI) in (0, 3)
     (job,) = service.jobs.values()
-    request = canonical(parse_request(job["process"], job["request"]))
+    request = parse_request(job["process"], job["request"]).canonical()
     assert {name: request[name] for name in IN_UNITS[words]} == IN_UNITS[words]
 
 

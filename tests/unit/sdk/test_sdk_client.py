@@ -10,7 +10,7 @@ import pytest
 from grazemap import Client, errors
 from grazemap.client.process_methods import METHODS
 from grazemap.results import State
-from grazemap.wire import PROCESSES, InitialState, canonical, parse_request
+from grazemap.wire import PROCESSES, InitialState, parse_request
 from tests.support.sdk_documents import REQUESTS, npz
 from tests.support.sdk_fake_service import problem
 
@@ -22,8 +22,8 @@ def test_each_process_has_its_method(client, service):
         shape = {"shape": None} if name == "unfolding_diagram" else {}  # the ranges have their points
         result = getattr(client, name)(**REQUESTS[method.process], **shape, progress=False)
         assert result.process == method.process
-    asked = {job["process"]: canonical(parse_request(job["process"], job["request"])) for job in service.jobs.values()}
-    assert asked == {process: canonical(parse_request(process, REQUESTS[process])) for process in PROCESSES}
+    asked = {job["process"]: parse_request(job["process"], job["request"]).canonical() for job in service.jobs.values()}
+    assert asked == {process: parse_request(process, REQUESTS[process]).canonical() for process in PROCESSES}
 
 
 @pytest.mark.parametrize("choice", ["adaptive", "preview"])

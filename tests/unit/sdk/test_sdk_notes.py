@@ -14,7 +14,7 @@ from grazemap.client.messages import warn_about
 from grazemap.codec import decode_npz, encode_npz
 from grazemap.errors import ParameterError, RequestWarning
 from grazemap.results import decode_result
-from grazemap.wire import Note, Oscillator, canonical, notes_on, parse_request, unstated
+from grazemap.wire import Note, Oscillator, notes_on, parse_request, unstated
 from grazemap.wire.linear import matrices, steady_amplitude
 from tests.support.sdk_documents import npz
 
@@ -306,7 +306,7 @@ def test_the_default_restitution_is_noted_in_si_only():
     assert noted == [["default-restitution"], [], []]
     # the job is the same one
     first, second = (parse_request("grazing-curves", {"oscillator": system, "omega": omega}) for system in (SI, stated))
-    assert canonical(first) == canonical(second)
+    assert first.canonical() == second.canonical()
 
 
 @pytest.mark.parametrize("oscillator", [SI, Oscillator(**SI)])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from grazemap import Oscillator
-from grazemap.wire import canonical, parse_request
+from grazemap.wire import parse_request
 from grazemap.wire.structure import varied_stop
 
 MATRICES = {"mass": [[2.0, 0.0], [0.0, 1.0]], "damping": {"modal": 0.02}, "stiffness": [[2.0, -1.0], [-1.0, 1.0]]}
@@ -16,7 +16,7 @@ ONES = [1.0, 1.0, 1.0]
 
 
 def text(**fields: Any) -> dict[str, Any]:
-    described: dict[str, Any] = canonical(parse_request("structures", {"oscillator": fields}))["oscillator"]
+    described: dict[str, Any] = parse_request("structures", {"oscillator": fields}).canonical()["oscillator"]
     return described
 
 
@@ -75,7 +75,7 @@ def test_what_means_something_else_has_another_text(change: dict[str, Any]) -> N
     [({"right": 1.6, "left": 1.6}, 1.6), (1.6, 1.6), ({"right": 1.6}, {"right": 1.6, "left": None})],
 )
 def test_two_equal_stops_are_one_number_and_an_absent_one_stays_absent(clearance: Any, text: Any) -> None:
-    assert canonical(parse_request("structures", {"clearance": clearance}))["clearance"] == text
+    assert parse_request("structures", {"clearance": clearance}).canonical()["clearance"] == text
 
 
 @pytest.mark.parametrize(
@@ -90,13 +90,13 @@ def test_two_equal_stops_are_one_number_and_an_absent_one_stays_absent(clearance
 )
 def test_a_fixed_stop_leaves_the_other_one(clearance: Any, text: Any, varied: int, other: float | None) -> None:
     request = parse_request("grazing-curves", {"omega": [0.2, 0.3], "clearance": clearance})
-    assert canonical(request)["clearance"] == text
-    again = parse_request("grazing-curves", canonical(request))
+    assert request.canonical()["clearance"] == text
+    again = parse_request("grazing-curves", request.canonical())
     assert varied_stop(again.clearance) == (varied, other)  # type: ignore[attr-defined]
 
 
 def test_a_question_without_a_fixed_stop_has_the_text_of_before() -> None:
-    assert set(canonical(parse_request("grazing-curves", {"omega": [0.2, 0.3]}))) == {
+    assert set(parse_request("grazing-curves", {"omega": [0.2, 0.3]}).canonical()) == {
         "oscillator",
         "axis",
         "max_order",

@@ -11,7 +11,7 @@ from matplotlib.contour import QuadContourSet
 from grazemap.client.arguments import validated
 from grazemap.client.process_methods import METHODS
 from grazemap.errors import ParameterError
-from grazemap.wire import Oscillator, canonical, canonical_id, parse_request
+from grazemap.wire import Oscillator, canonical_id, parse_request
 from grazemap.wire.planes import Axis, WindowAxis, with_parameter
 from tests.support.sdk_documents import AXES, CURVES_OF_AXES, DIAGRAM_OF_AXES, result_of
 from tests.support.sdk_refusals import refused
@@ -173,7 +173,7 @@ def test_a_line_that_is_none_is_refused_by_the_field_and_the_allowed_range(chang
 
 
 def identity(process, **body):
-    return canonical_id(process, canonical(parse_request(process, body)), "0")
+    return canonical_id(process, parse_request(process, body).canonical(), "0")
 
 
 @pytest.mark.parametrize("process", [MAP, WINDOW, DIAGRAM])
@@ -200,8 +200,8 @@ def test_the_id_of_a_window_has_what_its_curves_depend_on():
     assert identity(WINDOW, **base(WINDOW), points=7) == identity(WINDOW, **base(WINDOW))
     explicit = {**base(WINDOW), "vertical": axis(WINDOW, "forcing", 0.8, 1.2)}
     assert identity(WINDOW, **explicit, points=7) != identity(WINDOW, **explicit)
-    assert canonical(parse_request(WINDOW, ranges)).keys() == {*axes, "oscillator", "max_multiple", "points"}
-    motion = canonical(parse_request(WINDOW, {**ranges, "motions": [MOTION]}))
+    assert parse_request(WINDOW, ranges).canonical().keys() == {*axes, "oscillator", "max_multiple", "points"}
+    motion = parse_request(WINDOW, {**ranges, "motions": [MOTION]}).canonical()
     assert motion.keys() == {*axes, "oscillator", "motions"}
     assert motion["motions"][0].keys() == {"period", "stops", "phases", "velocities"}
 

@@ -16,7 +16,6 @@ from grazemap.wire import (
     Interval,
     Range,
     StructuresRequest,
-    canonical,
     canonical_id,
     parse_request,
 )
@@ -39,14 +38,14 @@ def short_form(process: str, body: dict[str, Any]) -> dict[str, Any]:
 def is_same_question(process: str, body: dict[str, Any]) -> bool:
     """Whether a body is a request. Its forms are then one question, whose text stays when it is parsed again."""
     try:
-        asked = canonical(parse_request(process, body))
+        asked = parse_request(process, body).canonical()
     except ValidationError:
         with pytest.raises(ValidationError):
             parse_request(process, one_form(process, body))
         return False
     identity = canonical_id(process, asked, "0")
     for written in (one_form(process, body), asked, short_form(process, asked)):
-        again = canonical(parse_request(process, written))
+        again = parse_request(process, written).canonical()
         assert again == asked, body
         assert canonical_id(process, again, "0") == identity
     assert not asked.keys() & {"vary", "range"}
@@ -157,7 +156,7 @@ def with_text(body: dict[str, Any], at: tuple[str | int, ...]) -> dict[str, Any]
 @pytest.mark.parametrize("process", KINDS)
 def test_a_wrong_value_is_named_wherever_it_is_written(process: str) -> None:
     for seed in range(6):
-        asked = canonical(parse_request(process, drawn(process, seed)(1.0)))
+        asked = parse_request(process, drawn(process, seed)(1.0)).canonical()
         for body in (asked, short_form(process, asked)):
             for place in leaves(body):
                 with pytest.raises(ValidationError) as caught:
@@ -203,8 +202,8 @@ PROVEN = {"kind": "orbit", "omega": 0.29, "clearance": 1.6, "motion": {"period":
 )
 def test_what_is_null_is_not_there(process: str, body: dict[str, Any], nulls: dict[str, Any]) -> None:
     """As programs write it that were generated from the API's document."""
-    asked = canonical(parse_request(process, body))
-    assert canonical(parse_request(process, {**body, **nulls})) == asked
+    asked = parse_request(process, body).canonical()
+    assert parse_request(process, {**body, **nulls}).canonical() == asked
 
 
 def test_a_short_form_beside_its_axis_is_unknown_and_no_name_is_suggested() -> None:

@@ -20,7 +20,7 @@ from typing import Any
 import structlog
 from redis.exceptions import RedisError
 
-from grazemap.wire import FINISHED, Estimate, Job, Problem, Status, canonical, canonical_id
+from grazemap.wire import FINISHED, Estimate, Job, Problem, Status, canonical_id
 from grazemap_worker.planning import LANE_WEIGHTS, SHORT_SECONDS, TILE_SECONDS, Plan
 from grazemap_worker.store.connection import Scripts
 from grazemap_worker.store.keys import (
@@ -101,7 +101,7 @@ class Jobs:
         }
         calls = []
         for process, request, plan, kernels in submissions:
-            values, estimate = canonical(request), plan.estimate
+            values, estimate = request.canonical(), plan.estimate
             text = json.dumps(values, separators=(",", ":")).encode()
             arguments = {
                 "id": canonical_id(process, values, core_version),
