@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps import inferred_points
-from grazemap_core.maps.adaptive_map import LABEL, NOT_COMPUTED, Settings, adaptive_map_tile, complete_map
+from grazemap_core.maps.adaptive_map import LABEL, NOT_COMPUTED, adaptive_map_tile, complete_map
 from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.tolerances import INFERRED_SAMPLE
@@ -144,9 +144,9 @@ def test_wrong_points_of_the_sample_are_counted_and_the_map_is_closed_around_the
 def test_an_ensemble_is_inferred_up_to_mirror_images() -> None:
     # one-sided motions, for the most part
     omega, clearance = np.linspace(0.285, 0.297, 33), np.linspace(1.84, 1.91, 33)
-    settings: Settings = {"max_periods": 60, "max_period": 8, "policy": "ensemble", "initial_conditions": 1, "seed": 3}
-    full = unfolding_map_tile(Plane.of(DEFAULT, omega, clearance), MapSettings(**settings))
-    adaptive = adaptive_map_tile(Plane.of(DEFAULT, omega, clearance), MapSettings(**settings))
+    settings = MapSettings(max_periods=60, max_period=8, policy="ensemble", initial_conditions=1, seed=3)
+    full = unfolding_map_tile(Plane.of(DEFAULT, omega, clearance), settings)
+    adaptive = adaptive_map_tile(Plane.of(DEFAULT, omega, clearance), settings)
     computed = adaptive["computed"]
     for name, array in full.items():
         assert adaptive[name][computed].tobytes() == array[computed].tobytes(), name
