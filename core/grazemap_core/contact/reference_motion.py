@@ -18,6 +18,7 @@ from grazemap_core.model.modal import ModalModel
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.resonant_modes import modal_forcing, modal_steady, resonant_modes
 from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
+from grazemap_core.numerics.trig_maxima import highest_points, roundoff
 from grazemap_core.records import dataclass
 
 _TERMS = TAYLOR_DEGREE + 1
@@ -195,30 +196,10 @@ def _unreached(orders: Floats, amplitudes: Complexes) -> Floats:
     bound = float(np.sum(np.abs(amplitudes)))
     if len(orders) == 1 or not 0.0 < bound < math.inf:
         return np.zeros(2)
-    highest = np.array([_highest(orders, stop * amplitudes / bound) for stop in (1, -1)])
-    return bound * np.maximum(CLEARED - highest, 0.0)
-
-
-def _highest(orders: Floats, amplitudes: Complexes) -> float:
-    """Return an upper bound of ``sum_k Im(X_k exp(i k theta))``, too high by at most `HIGHEST_ERROR`.
-
-    The sum of the moduli of the amplitudes X (H,) is 1. The period is cut into parts, which are halved, but for those
-    in which the second derivative cannot bring the sum above a value that it has elsewhere.
-    """
-    bend, width = float(np.abs(amplitudes) @ orders**2), 0.5 / float(orders[-1])
-    parts = math.ceil(2.0 * math.pi / width)
-    middle, reached = width * np.arange(parts), -math.inf
-    while True:
-        terms = amplitudes * np.exp(1j * orders * middle[:, None])
-        value, slope = np.sum(terms.imag, axis=1), np.abs(np.sum(orders * terms.real, axis=1))
-        most = value + 0.5 * width * (slope + 0.25 * width * bend)
-        reached = max(reached, float(np.max(value)))
-        highest = float(np.max(most))
-        if highest <= reached + HIGHEST_ERROR:
-            return highest
-        width *= 0.5
-        kept = middle[most >= reached]
-        middle = np.concatenate([kept - 0.5 * width, kept + 0.5 * width])
+    relative = amplitudes / bound
+    toward = np.stack([relative, -relative])
+    highest = highest_points(orders, toward).height + roundoff(orders, toward) + HIGHEST_ERROR
+    return np.asarray(bound * np.maximum(CLEARED - highest, 0.0))
 
 
 def _total(parts: Sequence[_HarmonicPart], half: int, name: str) -> Floats:

@@ -59,5 +59,5 @@ CLEARED: Final = 1.0 - 1e-12
 """Fraction of the clearance below which a bound of a motion excludes all later contacts."""
 
 HIGHEST_ERROR: Final = 1e-13
-"""Error of the largest displacement of a steady motion in several harmonics, over the sum of their moduli; a hundred
-times the round-off of a sum of these."""
+"""What is added to the largest displacement of a steady motion in several harmonics, over the sum of their moduli,
+besides round-off, so that it is an upper bound. A maximum without curvature is found to within 1e-14 (`PEAK_RANGE`)."""

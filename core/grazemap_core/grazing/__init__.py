@@ -3,14 +3,12 @@
 The package computes where the steady motion grazes the stops, all codimension-two points of that curve and the curves
 that leave them, the discontinuity mapping of a grazing point, and the Poincare map near it.
 
-- `peaks`: the highest peaks of a trigonometric polynomial, also while its coefficients change.
 - `steady_maxima`: the maxima of the steady motion, with one harmonic or several.
-- `grazing_curve`: clearance, phase and first recurrence along the grazing curve, of two equal stops or of one;
-  double grazes with one harmonic.
+- `grazing_curve`: clearance, phase and first recurrence along the grazing curve, of two equal stops or of one.
 - `point`: one grazing point, with accurate deviations from it.
 - `recurrence`: the sequence xi_m, stability at grazing, and the next contact below the curve.
 - `codimension_two`: all codimension-two points in an interval of forcing frequencies.
-- `peak_search`: where two maxima are equal, or both stops are grazed, with several harmonics.
+- `coincident_grazes`: where two maxima of the steady motion are equal, or both stops are grazed.
 - `resonant_unfoldings`: the curve that leaves the grazing curve at a resonant point.
 - `one_impact_family`: periodic sums of the impulse response for motions with one impact per period.
 - `discontinuity_mapping`: the discontinuity mapping, to leading order and exact.

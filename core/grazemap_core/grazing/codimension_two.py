@@ -7,8 +7,8 @@ resonant"), which `kernels.root_isolation` finds without missing one:
 - resonant points, ``h = 0`` or ``h_s = 0`` at ``n T`` or ``n T/2``: where saddle-node, period-doubling and
   symmetry-breaking curves of single-impact orbits leave the grazing curve.
 
-Two kinds depend on the steady motion (theory, "Several harmonics"). `peak_search` finds them where there are several
-harmonics, by bounds that leave none out:
+Two kinds depend on the steady motion (theory, "Several harmonics"). `coincident_grazes` finds them by bounds that leave
+none out:
 
 - double grazes: both stops are grazed, which are not alike;
 - corners: two maxima of the steady motion are equal, and the grazing curve has a kink.
@@ -26,11 +26,11 @@ import numpy as np
 
 from grazemap_core.checks import checked_order
 from grazemap_core.errors import ConditioningError, ParameterError
+from grazemap_core.grazing.coincident_grazes import Coincidence, equal_maxima, united, vanishing_margins
 from grazemap_core.grazing.grazing_curve import VariedStop
 from grazemap_core.grazing.kernels.recurrence import first_recurrence
 from grazemap_core.grazing.kernels.root_isolation import NEAR_DOUBLE, TOO_MANY_CELLS, isolate
 from grazemap_core.grazing.one_impact_family import Pattern
-from grazemap_core.grazing.peak_search import Coincidence, equal_maxima, united, vanishing_margins
 from grazemap_core.grazing.resonant_unfoldings import ResonantUnfolding, resonant_unfolding
 from grazemap_core.grazing.steady_maxima import require_alike, steady_motion
 from grazemap_core.grazing.tolerances import END_WIDTH, MAX_FREQUENCY_RATIO

@@ -10,10 +10,10 @@ import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.peaks import Coefficients, derivatives, highest_of_cells, highest_peaks, roundoff
 from grazemap_core.model.drive import is_half_wave_symmetric
 from grazemap_core.model.harmonic_response import contact_response, contact_response_and_slope
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.numerics.trig_maxima import derivatives, highest_points, roundoff
 from grazemap_core.records import dataclass
 
 
@@ -47,13 +47,19 @@ class SteadyMotion:
         """Bound of the round-off of a displacement, shape (n,)."""
         return roundoff(self.orders, self.response)
 
+    def require_amplitude(self) -> None:
+        """Raise ParameterError if at one of the frequencies the amplitudes overflow, or all underflow."""
+        size = np.abs(self.response).sum(axis=1)
+        if not np.all(np.isfinite(size) & (size > 0.0)):
+            raise ParameterError("omega", "contains a frequency at which the amplitude overflows or underflows")
+
     def toward(self, stop: int) -> SteadyMaxima:
         """Return the maxima toward the right stop (+1) or the left one (-1).
 
         Raises
         ------
         ParameterError
-            There are several harmonics, and at one of the frequencies their amplitudes overflow or underflow.
+            There are several harmonics, and as `require_amplitude`.
         """
         return self._of_one_harmonic(stop) if len(self.orders) == 1 else self._of_several(stop)
 
@@ -66,10 +72,8 @@ class SteadyMotion:
         return SteadyMaxima(amplitude, wrapped(stop * 0.5 * np.pi - np.angle(response)), amplitude, slope)
 
     def _of_several(self, stop: int) -> SteadyMaxima:
-        response = stop * self.response
-        fixed = np.zeros_like(response)
-        peaks = highest_peaks(Coefficients(self.orders, response, fixed, fixed.real, np.zeros(len(response))))
-        peaks = peaks.of(highest_of_cells(peaks))
+        self.require_amplitude()
+        peaks = highest_points(self.orders, stop * self.response)
         slope, _, _ = derivatives(self.orders, stop * self.slopes, peaks.phase)
         return SteadyMaxima(peaks.height, wrapped(peaks.phase), peaks.curvature, slope)
 

@@ -77,22 +77,3 @@ FIRST_OVERSHOOT: Final = 1e-3
 
 DOMAIN_WIDTH: Final = 1e-6
 """Relative accuracy of the end of the domain: no result depends on it, and every halving costs hundreds of steps."""
-
-RANGES_PER_ORDER: Final = 4
-"""First number of ranges of the phase in the search for peaks, per order of the highest harmonic: a wave of it is cut
-into four, in which its curvature changes little."""
-
-PEAK_RANGE: Final = 1e-5
-"""Half of a range of the phase in which the motion may not be concave, times the highest order, below which it is not
-halved further. Its cube, to which displacements in it differ from that in its middle, is below a few roundings."""
-
-RATE_RANGE: Final = 0.25
-"""Variation of the slope in a range of the phase, over that by the change of omega in a cell, below which the range is
-not halved further."""
-
-PEAK_ROUNDOFF: Final = 8.0 * EPSILON
-"""Round-off of the steady motion at a phase, relative to the sum of its amplitudes times 1 + order: some for the
-amplitudes, and those of the angle order times phase."""
-
-PEAK_STEPS: Final = 60
-"""Maximum number of Newton or bisection steps for a peak."""

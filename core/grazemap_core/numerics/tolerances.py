@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
+from grazemap_core.tolerances import EPSILON
+
 TAYLOR_DEGREE: Final = 18
 """Degree of the Taylor series of q on a cell. With cells of at most CELL_REACH / |lambda| the first omitted term is
 below 1/19! = 8e-18 of the amplitude of a mode; the contact test adds a bound of it nevertheless."""
@@ -27,3 +29,22 @@ of a step is an impact and not a graze: at a graze the ratio is a few units."""
 
 MIN_WIDTH: Final = 1e-15
 """Length of a piece of [0, 1] that is not halved again: a few EPSILON."""
+
+RANGES_PER_ORDER: Final = 4
+"""First number of ranges of the phase in the search for peaks, per order of the highest harmonic: a wave of it is cut
+into four, in which its curvature changes little."""
+
+PEAK_RANGE: Final = 1e-5
+"""Half of a range of the phase in which a polynomial may not be concave, times the highest order, below which it is not
+halved further. Its cube, to which values in it differ from that in its middle, is below a few roundings."""
+
+RATE_RANGE: Final = 0.25
+"""Variation of the slope in a range of the phase, over that by the change of omega in a cell, below which the range is
+not halved further."""
+
+PEAK_ROUNDOFF: Final = 8.0 * EPSILON
+"""Round-off of a trigonometric polynomial at a phase, relative to the sum of its amplitudes times 1 + order: some for
+the amplitudes, and those of the angle order times phase."""
+
+PEAK_STEPS: Final = 60
+"""Maximum number of Newton or bisection steps for a peak."""

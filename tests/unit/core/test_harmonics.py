@@ -10,11 +10,10 @@ import pytest
 from flint import arb
 
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing import codimension_two, peak_search
+from grazemap_core.grazing import codimension_two, coincident_grazes
 from grazemap_core.grazing.codimension_two import CodimensionTwoPoint, codimension_two_points
+from grazemap_core.grazing.coincident_grazes import equal_maxima, vanishing_margins
 from grazemap_core.grazing.grazing_curve import VariedStop, grazing_curve, stop_grazes
-from grazemap_core.grazing.peak_search import equal_maxima, vanishing_margins
-from grazemap_core.grazing.peaks import Coefficients, highest_peaks, relative
 from grazemap_core.grazing.poincare_map import compare_returns
 from grazemap_core.grazing.point import grazing_point
 from grazemap_core.grazing.recurrence import next_contact, xi_along
@@ -24,6 +23,7 @@ from grazemap_core.model.impulse_response import evaluate, impulse_response
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.response_bounds import second_derivative_bound
+from grazemap_core.numerics.trig_maxima import Coefficients, highest_peaks, relative
 from tests.oracles.fifty_digits import digits
 from tests.oracles.unfolded_curves import errors, random_system, unfolded_points
 from tests.support.thorough import the_first
@@ -148,13 +148,13 @@ def test_corners_are_missed_where_bounds_are_too_small(monkeypatch: pytest.Monke
         return sum(len(equal_maxima(random_system(seed)[0], 1, 0.1, 2.5)) for seed in range(3))
 
     complete = corners()
-    monkeypatch.setattr(peak_search, "second_derivative_bound", lambda *_: np.zeros(len(_[-1])))
+    monkeypatch.setattr(coincident_grazes, "second_derivative_bound", lambda *_: np.zeros(len(_[-1])))
     assert corners() < complete
 
 
 @pytest.mark.thorough
 def test_two_corners_that_merge_are_near_double_and_not_lost() -> None:
-    def corners(phase: float) -> list[peak_search.Coincidence]:
+    def corners(phase: float) -> list[coincident_grazes.Coincidence]:
         return equal_maxima(chain((1, 1.0, 0.0), (2, 0.7, phase)), -1, 0.22, 0.24)
 
     two, none = 1.115315, 1.115316
@@ -417,7 +417,7 @@ def test_corners_with_light_damping_are_found(gamma: float) -> None:
 
 
 def test_maxima_that_bounds_cannot_tell_apart_are_an_error_and_none_is_made_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(peak_search, "MAX_CELLS", 1000)
+    monkeypatch.setattr(coincident_grazes, "MAX_CELLS", 1000)
     with pytest.raises(ParameterError, match="nearly equal") as refusal:
         equal_maxima(chain((1, 1.0, 0.0), (2, 0.7, 0.3), gamma=1e-7), 1, 0.05, 2.5)
     assert refusal.value.name == "omega"

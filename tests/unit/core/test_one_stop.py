@@ -7,8 +7,8 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from grazemap_core.grazing.codimension_two import codimension_two_points
+from grazemap_core.grazing.coincident_grazes import Coincidence, vanishing_margins
 from grazemap_core.grazing.grazing_curve import VariedStop, grazing_curve, stop_grazes
-from grazemap_core.grazing.peak_search import Coincidence, vanishing_margins
 from grazemap_core.model.drive import base_in_space, force
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.harmonic_response import contact_response

@@ -23,7 +23,7 @@ def largest(series) -> float:
     return float(np.max(polynomial(np.concatenate([[0.0, 1.0], inside]))))
 
 
-@pytest.mark.parametrize("kind", ["normal", "highest degree", "cancelling", "flat"])
+@pytest.mark.parametrize("kind", ["normal", "highest degree", "cancelling", "flat", "parabola"])
 def test_the_peak_of_a_series_is_its_largest_value(kind: str) -> None:
     rng = np.random.default_rng(5)
     for _ in range(200):
@@ -34,8 +34,13 @@ def test_the_peak_of_a_series_is_its_largest_value(kind: str) -> None:
             series = np.polynomial.polynomial.polypow([-rng.uniform(0.2, 0.8), 1.0], DEGREE) * -1.0
         elif kind == "flat":
             series[1:] *= 1e-12
+        elif kind == "parabola":  # halved most often about its top
+            place = rng.uniform()
+            series = np.pad([-place * place, 2.0 * place, -1.0], (0, DEGREE - 2))
         for sign in (1.0, -1.0):
-            peak = _raise_peak(series, sign, -math.inf, scratch())
+            waiting = scratch()
+            peak = _raise_peak(series, sign, -math.inf, waiting)
+            assert np.isnan(waiting[28:]).all()  # as is proved there
             assert peak == pytest.approx(largest(sign * series), abs=4.0 * PEAK_ACCURACY * np.sum(np.abs(series)))
     assert _raise_peak(series, 1.0, 1e9, scratch()) == 1e9
 

@@ -172,9 +172,10 @@ def _raise_peak(series: Floats, sign: float, highest: float, stack: Floats) -> f
 
     The stack is never full. On an interval of length l the control points of the interpolant exceed the larger end by
     at most ``l^2 M/6``, with M a bound of the second derivative, and M and the fourth derivative are at most
-    DEGREE (DEGREE - 1) and DEGREE (DEGREE - 1) (DEGREE - 2) (DEGREE - 3) times `size`. So an interval is not halved
-    once ``77 l^2 + 458 l^4`` is less than PEAK_ACCURACY, which is so after 27 halvings, and one interval waits for each
-    of them.
+    DEGREE (DEGREE - 1) and DEGREE (DEGREE - 1) (DEGREE - 2) (DEGREE - 3) times `size`. Round-off of at most e at either
+    end adds ``2 e/3``, and Horner's rule has ``e < 2 (DEGREE + 1) size 2^-53``. So an interval is not halved once
+    ``77 l^2 + 458 l^4 + 3.5e-15`` is less than PEAK_ACCURACY, which is so after 27 halvings. One interval waits for
+    each of them: with the last one, 28.
     """
     fourth, size = 0.0, 0.0
     for m in range(DEGREE + 1):

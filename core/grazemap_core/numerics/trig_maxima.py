@@ -1,9 +1,9 @@
-"""The highest peaks of a trigonometric polynomial, found without missing one, also while its coefficients change.
+"""Maxima of trigonometric polynomials with bounds: no highest one is missed, also while the coefficients change.
 
-The polynomial is the steady motion ``u(theta) = sum_k Im(X_k e^{i k theta})`` over one forcing period. Its coefficients
-depend on omega, which varies over a cell: ``X_k = value + slope x + rest``, with ``|rest| <= bound x^2/2`` for
-``|x| <= radius``. The period is cut into ranges of theta, which are halved. A range holds no highest point of any omega
-of the cell, and is left out, if bounds show that
+A polynomial is ``u(theta) = sum_k Im(X_k e^{i k theta})`` over a turn of theta. Its coefficients, which are finite and
+not all 0, depend on omega, which varies over a cell: ``X_k = value + slope x + rest``, with ``|rest| <= bound x^2/2``
+for ``|x| <= radius``. The turn is cut into ranges of theta, which are halved. A range holds no highest point of any
+omega of the cell, and is left out, if bounds show that
 
 - another point is higher throughout;
 - u has no critical point in it;
@@ -17,8 +17,7 @@ from __future__ import annotations
 import numpy as np
 
 from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
-from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.tolerances import (
+from grazemap_core.numerics.tolerances import (
     PEAK_RANGE,
     PEAK_ROUNDOFF,
     PEAK_STEPS,
@@ -106,13 +105,7 @@ def relative(coefficients: Coefficients) -> Relative:
     theta is shifted and u scaled, so that X_l stays what it is in the middle: X_k is multiplied by ``exp(-(re + i k/l
     im))`` with the real and the imaginary part of ``log X_l(omega) - log X_l(middle)``. Which maxima are equal does not
     depend on that, and near a resonance of one harmonic the others hardly change in this way.
-
-    Raises
-    ------
-    ParameterError
-        As `highest_peaks`.
     """
-    _require_motion(coefficients)
     orders, value, slope, bound, radius = coefficients
     cells, largest = np.arange(len(radius)), np.argmax(np.abs(value), axis=1)
     size, rate, bend = (np.abs(each)[cells, largest] for each in (value, slope, bound))
@@ -145,14 +138,7 @@ def relative(coefficients: Coefficients) -> Relative:
 
 
 def highest_peaks(coefficients: Coefficients) -> Peaks:
-    """Return the peaks of which each is the highest one at some omega of its cell, as far as bounds tell.
-
-    Raises
-    ------
-    ParameterError
-        In the middle of a cell the coefficients overflow, or all underflow.
-    """
-    _require_motion(coefficients)
+    """Return the peaks of which each is the highest one at some omega of its cell, as far as bounds tell."""
     many = RANGES_PER_ORDER * int(coefficients.orders[-1]) * len(coefficients.orders)
     count, chunk = len(coefficients.radius), max(1, _AT_ONCE // many)
     parts = []
@@ -162,10 +148,11 @@ def highest_peaks(coefficients: Coefficients) -> Peaks:
     return Peaks._make(np.concatenate(arrays) for arrays in zip(*parts, strict=True))
 
 
-def _require_motion(coefficients: Coefficients) -> None:
-    size = np.abs(coefficients.value).sum(axis=1)
-    if not np.all(np.isfinite(size) & (size > 0.0)):
-        raise ParameterError("omega", "contains a frequency at which the amplitude overflows or underflows")
+def highest_points(orders: Floats, amplitudes: Complexes) -> Peaks:
+    """Return the highest peak of each of m polynomials, of orders (H,) and amplitudes (m, H) that do not change."""
+    still = np.zeros_like(amplitudes)
+    peaks = highest_peaks(Coefficients(orders, amplitudes, still, still.real, np.zeros(len(amplitudes))))
+    return peaks.of(highest_of_cells(peaks))
 
 
 def highest_of_cells(peaks: Peaks) -> Integers:

@@ -8,7 +8,7 @@ all highest points of the steady motion, with bounds of their rates along omega.
 - *A margin vanishes.* It has no zero if it exceeds the radius of the cell times the bound of its rate. If its rate has
   one sign, it is monotone.
 
-All this is done for displacements relative to the largest harmonic of a cell (`peaks.relative`).
+All this is done for displacements relative to the largest harmonic of a cell (`trig_maxima.relative`).
 
 Where a cell is shorter than NEAR_DOUBLE_WIDTH and undecided, the function and its derivative vanish together to
 round-off, or a maximum has no curvature there: it is reported as near-double.
@@ -25,7 +25,11 @@ from scipy.optimize import brentq
 from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.grazing_curve import VariedStop
-from grazemap_core.grazing.peaks import (
+from grazemap_core.grazing.steady_maxima import SteadyMotion, steady_motion, wrapped
+from grazemap_core.grazing.tolerances import END_WIDTH, MAX_CELLS, NEAR_DOUBLE_GAP, NEAR_DOUBLE_WIDTH
+from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.response_bounds import second_derivative_bound
+from grazemap_core.numerics.trig_maxima import (
     Coefficients,
     Peaks,
     Relative,
@@ -35,10 +39,6 @@ from grazemap_core.grazing.peaks import (
     relative,
     top,
 )
-from grazemap_core.grazing.steady_maxima import SteadyMotion, steady_motion, wrapped
-from grazemap_core.grazing.tolerances import END_WIDTH, MAX_CELLS, NEAR_DOUBLE_GAP, NEAR_DOUBLE_WIDTH
-from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.model.response_bounds import second_derivative_bound
 from grazemap_core.records import ABC, NamedTuple, dataclass
 from grazemap_core.tolerances import EPSILON
 
@@ -205,6 +205,7 @@ class _ZeroSearch(ABC):
     def _coefficients(self, middle: Floats, radius: Floats) -> Coefficients:
         """Return the response toward the stop in cells of omega."""
         motion = steady_motion(self.oscillator, middle, slopes=True)
+        motion.require_amplitude()
         ends = middle - radius, middle + radius
         bounds = [second_derivative_bound(self.oscillator, harmonic, *ends) for harmonic in self.oscillator.drive]
         value, slope = self.stop * motion.response, self.stop * motion.slopes
