@@ -75,7 +75,7 @@ def _orbits(oscillator: Oscillator) -> None:
     one_impact_branch(oscillator, 0.28)
     window_curves(oscillator, (0.28, 0.29), (1.8, 2.0), 1, 2, VariedStop(1))
     explicit_sequences(oscillator, 0.28, (1.85, None), 1, np.array([1]))
-    point = grazing_point(oscillator, 0.29, 1)
+    point = grazing_point(oscillator, 0.29)
     mapping_error(point, np.array([1e-6]))
     compare_returns(point, np.zeros(len(point.state)), 2, 1e-6, "exact")
     guess = sequence_of_stops(oscillator, 0.27, 1.85, 1, [1])

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from grazemap_core.grazing.grazing_curve import ALIKE
 from grazemap_core.grazing.point import GrazingPoint, grazing_point
 from grazemap_core.model.oscillator import Oscillator
 from tests.oracles.steady_displacements import contact_amplitude
@@ -25,7 +28,7 @@ def random_grazing_points(seed: int, count: int, highest_omega: float) -> list[G
     for number in range(count):
         oscillator = random_oscillator(random, 1 + number // 4 % 4, per_link=bool(number // 2 % 2))
         omega = float(random.uniform(0.2, highest_omega))
-        points.append(grazing_point(oscillator, omega, 1 if number % 2 == 0 else -1))
+        points.append(grazing_point(oscillator, omega, replace(ALIKE, stop=1 if number % 2 == 0 else -1)))
     return points
 
 

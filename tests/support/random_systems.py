@@ -132,9 +132,9 @@ def general_grazing_points(count: int) -> list[GrazingPoint]:
     for seed in range(count):
         oscillator, omega, _ = random_system(seed)
         stop = 1 if seed % 2 == 0 else -1
-        point = grazing_point(oscillator, omega, stop, VariedStop(stop))
+        point = grazing_point(oscillator, omega, VariedStop(stop))
         if seed % 3 == 0:
             size, place = _steady(oscillator, omega)
-            point = grazing_point(oscillator, omega, stop, VariedStop(stop, 1.5 * size - stop * place))
+            point = grazing_point(oscillator, omega, VariedStop(stop, 1.5 * size - stop * place))
         points.append(point)
     return points

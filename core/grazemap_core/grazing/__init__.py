@@ -15,5 +15,5 @@ that leave them, the discontinuity mapping of a grazing point, and the Poincare 
 - `backward_flow`: the motion before a state near a graze.
 - `return_maps`: the smooth maps between the Poincare surfaces, and their Jacobians.
 - `poincare_map`: the Poincare map of a grazing motion, compared with simulation.
-- `kernels`: root isolation, recurrences and further contacts of orbits with one impact.
+- `kernels`: root isolation, and further contacts of orbits with one impact.
 """

@@ -27,15 +27,13 @@ import numpy as np
 from grazemap_core.checks import checked_order
 from grazemap_core.errors import ConditioningError, ParameterError
 from grazemap_core.grazing.coincident_grazes import Coincidence, equal_maxima, united, vanishing_margins
-from grazemap_core.grazing.grazing_curve import VariedStop
-from grazemap_core.grazing.kernels.recurrence import first_recurrence
+from grazemap_core.grazing.grazing_curve import ALIKE, VariedStop, first_recurrence
 from grazemap_core.grazing.kernels.root_isolation import NEAR_DOUBLE, TOO_MANY_CELLS, isolate
 from grazemap_core.grazing.one_impact_family import Pattern
 from grazemap_core.grazing.resonant_unfoldings import ResonantUnfolding, resonant_unfolding
-from grazemap_core.grazing.steady_maxima import require_alike, steady_motion
+from grazemap_core.grazing.steady_maxima import steady_motion
 from grazemap_core.grazing.tolerances import END_WIDTH, MAX_FREQUENCY_RATIO
 from grazemap_core.model.drive import is_half_wave_symmetric
-from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.harmonic_response import require_damped, require_forced
 from grazemap_core.model.impulse_response import ImpulseResponse, evaluate, impulse_response
 from grazemap_core.model.kernels.response_sums import ALTERNATING, IMPULSE, SAME_SIGN
@@ -154,28 +152,26 @@ def codimension_two_points(
     omega_stop: float,
     max_order: int = 8,
     max_multiple: int = 4,
-    varied: VariedStop | None = None,
+    varied: VariedStop = ALIKE,
 ) -> list[CodimensionTwoPoint]:
     """Return every codimension-two point with omega in ``[omega_start, omega_stop]``, by increasing omega.
 
-    The points are those of two equal stops whose clearance varies, or of one stop (`varied`). On one stop a graze
-    recurs after whole periods, and motions have all their impacts on it; where the other stop is grazed too there is a
-    double graze.
+    Where the stops are not alike, a graze recurs after whole periods, and motions have all their impacts on one stop;
+    where the other one is grazed too there is a double graze.
 
     Parameters
     ----------
     oscillator : Oscillator
         Forced, every mode damped. (With an undamped mode the periodic sums do not converge and the grazing motion is
-        not unique, so recurrence points are not computed either.) Without `varied` the forces change their sign after
-        half of their period.
+        not unique, so recurrence points are not computed either.)
     omega_start, omega_stop : float
         0 < omega_start < omega_stop (rad/s in SI). A point within rounding of an end is included.
     max_order : int
         Largest return m of the recurrence points, >= 1.
     max_multiple : int
         Largest multiple n of the resonant points, >= 0; 0 for none.
-    varied : VariedStop, optional
-        The one stop whose clearance varies, and the clearance of the other one.
+    varied : VariedStop
+        The stop whose clearance varies, and the other one; two equal ones unless it is given.
 
     Returns
     -------
@@ -184,8 +180,8 @@ def codimension_two_points(
     Raises
     ------
     ParameterError
-        Nothing is forced, the stops are not alike, a number is out of range, or the interval holds too many
-        oscillations of g, or cells with two equal maxima, to search.
+        Nothing is forced, the stops are to be alike and are not, a number is out of range, or the interval holds too
+        many oscillations of g, or cells with two equal maxima, to search.
     SteadyMotionError
         A mode is undamped.
     ConditioningError
@@ -199,8 +195,7 @@ def codimension_two_points(
         raise ParameterError("omega", "start must be greater than 0 and less than stop, both finite")
     if omega_stop > MAX_FREQUENCY_RATIO * omega_start:
         raise ParameterError("omega", f"stop must be at most {MAX_FREQUENCY_RATIO:.0e} times start")
-    if varied is None:
-        require_alike(oscillator)
+    varied.require(oscillator)
     own, times = oscillator.at_own_period
     if times > 1:
         ends = omega_start, omega_stop
@@ -211,27 +206,21 @@ def codimension_two_points(
         raise ParameterError(
             "omega", f"stop must be at most {MAX_FREQUENCY_RATIO:.0e} times the highest natural frequency"
         )
-    points = _recurrences(response, omega_start, omega_stop, max_order, varied is not None)
+    points = _recurrences(response, omega_start, omega_stop, max_order, varied)
     differ = oscillator.restitution_left is not None
-    points += _resonances(response, omega_start, omega_stop, max_multiple, varied is not None or differ)
-    if varied is not None:
-        points += _double_grazes(oscillator, varied, omega_start, omega_stop)
+    points += _resonances(response, omega_start, omega_stop, max_multiple, varied.alike and not differ)
+    points += _double_grazes(oscillator, varied, omega_start, omega_stop)
     if len(oscillator.drive) > 1:
         points += _corners(oscillator, response, varied, omega_start, omega_stop, max_order)
     if not points:
         return []
     points.sort(key=lambda point: (point.omega, point.kind, point.order or point.multiple or 0))
-    if varied is not None:
-        return _on_one_stop(oscillator, response, points, varied)
-    if differ:
+    if not varied.alike:
+        points = [replace(point, stop=varied.stop) for point in points]
+    elif differ:
         # motions on the one stop and on the other unfold differently; there are no symmetric ones
         points = [of_stop for point in points for of_stop in _of_each_stop(point)]
-    maxima = steady_motion(oscillator, np.array([point.omega for point in points])).toward(1)
-    each = zip(points, maxima.amplitude.tolist(), maxima.curvature.tolist(), strict=True)
-    return [
-        replace(point, clearance=amplitude, unfolding=_unfolding(response, oscillator, point, curvature))
-        for point, amplitude, curvature in each
-    ]
+    return _on_the_curve(oscillator, response, points, varied)
 
 
 def _at_declared_frequency(point: CodimensionTwoPoint, times: int, start: float, stop: float) -> CodimensionTwoPoint:
@@ -267,23 +256,22 @@ def _of_each_stop(point: CodimensionTwoPoint) -> list[CodimensionTwoPoint]:
     return [point] if point.kind != "resonant" else [replace(point, stop=stop) for stop in (1, -1)]
 
 
-def _on_one_stop(
+def _on_the_curve(
     oscillator: Oscillator, response: ImpulseResponse, points: list[CodimensionTwoPoint], varied: VariedStop
 ) -> list[CodimensionTwoPoint]:
     """Return points with their clearance, slope, margin and unfolding."""
     motion = steady_motion(oscillator, np.array([point.omega for point in points]), slopes=True)
-    maxima, other = motion.toward(varied.stop), motion.toward(-varied.stop)
-    clearances = maxima.amplitude + varied.stop * contact_equilibrium(oscillator)
-    margins = varied.margin(oscillator, maxima.amplitude, other.amplitude)
+    maxima = motion.toward(varied.stop)
+    clearances = varied.clearance(oscillator, maxima.amplitude)
+    margins = varied.margins(oscillator, motion, maxima.amplitude)
     columns = (clearances, margins, maxima.slope, maxima.curvature)
     each = zip(points, *(column.tolist() for column in columns), strict=True)
     return [
         replace(
             point,
             clearance=clearance,
-            unfolding=_unfolding(response, oscillator, replace(point, stop=varied.stop), curvature, one_stop=True),
-            stop=varied.stop,
-            amplitude_slope=slope if point.kind != "corner" else None,
+            unfolding=_unfolding(response, oscillator, point, curvature, not varied.alike),
+            amplitude_slope=None if varied.alike or point.kind == "corner" else slope,
             margin=margin if math.isfinite(margin) else None,
         )
         for point, clearance, margin, slope, curvature in each
@@ -302,17 +290,17 @@ def _double_grazes(oscillator: Oscillator, varied: VariedStop, start: float, sto
 def _corners(
     oscillator: Oscillator,
     response: ImpulseResponse,
-    varied: VariedStop | None,
+    varied: VariedStop,
     start: float,
     stop: float,
     max_order: int,
 ) -> list[CodimensionTwoPoint]:
     """Return the points at which two maxima toward the grazed stop are equal, without their clearance."""
-    alike, points = varied is None, []
-    for coincidence in equal_maxima(oscillator, 1 if varied is None else varied.stop, start, stop):
+    points = []
+    for coincidence in equal_maxima(oscillator, varied.stop, start, stop):
         point = _coincidence("corner", coincidence, start, stop)
         if coincidence.simple:
-            before, after = (_recurring(response, coincidence, i, max_order, alike) for i in (0, 1))
+            before, after = (_recurring(response, coincidence, i, max_order, varied.alike) for i in (0, 1))
             point = replace(point, corner=Corner(*coincidence.phases, *coincidence.slopes, before, after))
         points.append(point)
     return points
@@ -329,9 +317,8 @@ def _recurring(response: ImpulseResponse, corner: Coincidence, graze: int, max_o
     turns = 2.0 * math.pi * np.arange((max_order + 1) // 2)
     contacts = (turns[:, None] + delays[order]).ravel()
     contacts = contacts[contacts <= max_order * math.pi * (1.0 + END_WIDTH)]
-    value, _, roundoff, _ = evaluate(response, contacts / corner.omega)
-    (recurring,) = np.nonzero(np.resize(signs[order], len(contacts)) * value < -roundoff)
-    return int(recurring[0]) + 1 if len(recurring) else 0
+    sides = np.resize(signs[order], len(contacts))
+    return int(first_recurrence(response, np.array([corner.omega]), contacts, sides)[0])
 
 
 def _coincidence(kind: Kind, coincidence: Coincidence, start: float, stop: float) -> CodimensionTwoPoint:
@@ -346,7 +333,7 @@ def _unfolding(
     oscillator: Oscillator,
     point: CodimensionTwoPoint,
     curvature: float,
-    one_stop: bool = False,
+    one_stop: bool,
 ) -> ResonantUnfolding | None:
     """Return the unfolding of a resonant point; None for other points and near-double ones."""
     if point.multiple is None or point.symmetric is None or point.status != "simple":
@@ -364,32 +351,31 @@ def _unfolding(
 
 
 def _recurrences(
-    response: ImpulseResponse, start: float, stop: float, max_order: int, one_stop: bool
+    response: ImpulseResponse, start: float, stop: float, max_order: int, varied: VariedStop
 ) -> list[CodimensionTwoPoint]:
-    """Return the recurrence points without their clearance; with one stop those of even orders."""
-    each = 2 if one_stop else 1
+    """Return the recurrence points without their clearance; of stops that are not alike those of even orders."""
+    each = varied.half_periods
     orders = range(each, max_order + 1, each)
     factors = [order * math.pi for order in orders]
     zeros = _zeros(response, IMPULSE, factors, start, stop)
     times = np.array([zero.time for zero in zeros])
     points = []
     for order, factor in zip(orders, factors, strict=True):
-        returns = order // each
-        smaller = first_recurrence(response.blocks, response.conditioning, times / returns, returns - 1, one_stop)
+        smaller = first_recurrence(response, factor / times, *varied.returns(order // each - 1))
         for zero, recurring in zip(zeros, smaller, strict=True):
             omega = _inside(factor / zero.time, start, stop)
             if omega is not None:
-                active, families = bool(recurring == 0), None if one_stop else families_of_order(order)
+                active, families = bool(recurring == 0), families_of_order(order) if varied.alike else None
                 points.append(_point("recurrence", omega, zero, order=order, active=active, families=families))
     return points
 
 
 def _resonances(
-    response: ImpulseResponse, start: float, stop: float, max_multiple: int, one_stop: bool
+    response: ImpulseResponse, start: float, stop: float, max_multiple: int, with_symmetric: bool
 ) -> list[CodimensionTwoPoint]:
-    """Return the resonant points without their clearance; with one stop those of motions on it alone."""
+    """Return the resonant points of motions on one stop, and perhaps of symmetric ones, without their clearance."""
     one_sided = [(2.0 * math.pi * multiple, multiple, False) for multiple in range(1, max_multiple + 1)]
-    symmetric = [] if one_stop else [(math.pi * multiple, multiple, True) for multiple in range(1, max_multiple + 1, 2)]
+    symmetric = [(math.pi * multiple, multiple, True) for multiple in range(1, max_multiple + 1, 2) if with_symmetric]
     names: dict[tuple[int, bool], Bifurcation] = {
         (SAME_SIGN, False): "SN",
         (ALTERNATING, False): "PD",

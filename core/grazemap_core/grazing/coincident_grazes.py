@@ -298,8 +298,7 @@ class _VanishingMargin(_ZeroSearch):
         return float(self.varied.together)
 
     def value(self, motion: SteadyMotion, places: _PeakPairs) -> Floats:
-        maxima, other = motion.toward(self.stop), motion.toward(-self.stop)
-        return self.varied.margin(self.oscillator, maxima.amplitude, other.amplitude)
+        return self.varied.margins(self.oscillator, motion, motion.toward(self.stop).amplitude)
 
     def compared(self, motion: SteadyMotion, places: _PeakPairs) -> tuple[Floats, Floats]:
         maxima, other = motion.toward(self.stop), motion.toward(-self.stop)

@@ -1,11 +1,12 @@
-"""Grazes of two equal stops at once, or of one, with the other one at another distance or absent.
+"""Grazes of two equal stops at once, or of one, with the other one at another distance or absent; what recurs there.
 
 See theory, "Steady motion and the grazing curve", "Recurrence of impacts" and "Any linear structure".
 
 The steady motion touches the right stop where its clearance is ``A_R + q_e``, the left one where it is ``A_L - q_e``,
 with A_R and A_L its largest displacements from the equilibrium; one harmonic has A_R = A_L. The motion exists while
 both are less than the gaps; where that of the other stop is not, the graze is virtual. After a graze impacts recur on
-the same stop, after whole periods of the forces: half periods have a meaning for stops that are grazed at once.
+the same stop, after whole periods of the forces. Where both stops are grazed at once they recur after half periods, on
+the other stop and on the same one in turn.
 """
 
 from __future__ import annotations
@@ -18,11 +19,11 @@ from numpy.typing import ArrayLike
 from grazemap_core.arrays import Booleans, Floats, Integers
 from grazemap_core.checks import checked_omega, checked_order
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.kernels.recurrence import first_recurrence
-from grazemap_core.grazing.steady_maxima import require_alike, steady_motion
+from grazemap_core.grazing.steady_maxima import SteadyMotion, steady_motion
+from grazemap_core.model.drive import is_half_wave_symmetric
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.harmonic_response import require_forced
-from grazemap_core.model.impulse_response import impulse_response
+from grazemap_core.model.impulse_response import ImpulseResponse, evaluate, impulse_response
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
@@ -31,14 +32,47 @@ from grazemap_core.records import dataclass
 
 @dataclass(frozen=True)
 class VariedStop:
-    """The stop whose clearance varies, and where the other one is."""
+    """The stop that is grazed, whose clearance varies along the grazing curve, and where the other one is."""
 
     stop: int
     """+1 or -1."""
     other: float | None = None
-    """The fixed clearance of the other stop; None: it is absent."""
+    """The fixed clearance of the other stop; None: it is absent, or `together`."""
     together: bool = False
     """Whether the other stop has the clearance of this one."""
+    alike: bool = False
+    """Whether both are grazed at once, half a period of the forces apart: they are at equal gaps from the equilibrium,
+    and the forces change their sign after half of their period, as one harmonic does."""
+
+    @property
+    def half_periods(self) -> int:
+        """Half periods of the forces from a graze to the next return of the steady motion, to either stop if alike."""
+        return 1 if self.alike else 2
+
+    @property
+    def turn(self) -> float:
+        """Advance of omega t in this time, at the own frequency of the forces."""
+        return self.half_periods * math.pi
+
+    def returns(self, count: int) -> tuple[Floats, Floats]:
+        """Return the phases of the first returns after a graze, and +1 or -1: to the same stop, or to the other one."""
+        number = np.arange(1.0, count + 1.0)
+        return self.turn * number, (-1.0) ** number if self.alike else np.ones(count)
+
+    def require(self, oscillator: Oscillator) -> None:
+        """Raise ParameterError if the forces do not graze both stops at once that are to be alike."""
+        if self.alike and not is_half_wave_symmetric(oscillator.drive):
+            raise ParameterError("forcing", "has even and odd harmonics, so that equal stops are not grazed at once")
+
+    def clearance(self, oscillator: Oscillator, amplitude: Floats) -> Floats:
+        """Return the clearance at which the steady motion grazes the stop, from its amplitude toward it."""
+        return amplitude if self.alike else amplitude + self.stop * contact_equilibrium(oscillator)
+
+    def margins(self, oscillator: Oscillator, motion: SteadyMotion, amplitude: Floats) -> Floats:
+        """Return `margin` for a motion with this amplitude toward the stop; infinite if both are grazed at once."""
+        if self.alike:
+            return np.full(len(amplitude), np.inf)
+        return self.margin(oscillator, amplitude, motion.toward(-self.stop).amplitude)
 
     def margin(self, oscillator: Oscillator, amplitude: Floats, other: Floats) -> Floats:
         """Return the gap of the other stop minus the amplitude toward it where this one is grazed.
@@ -48,7 +82,7 @@ class VariedStop:
         """
         if self.together:
             return np.asarray(2.0 * self.stop * contact_equilibrium(oscillator) - (other - amplitude))
-        return self.other_gap(oscillator) - other
+        return np.asarray(self.other_gap(oscillator) - other)
 
     def other_gap(self, oscillator: Oscillator) -> float:
         """Return the gap of the other stop from the equilibrium, if it is fixed; infinite if it is not.
@@ -64,6 +98,10 @@ class VariedStop:
         if not gap > 0.0:
             raise ParameterError("clearance", "of the fixed stop leaves the equilibrium beyond it: nothing grazes")
         return gap
+
+
+ALIKE = VariedStop(1, together=True, alike=True)
+"""Two equal stops that are grazed at once, the right one first."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,11 +140,11 @@ class StopGrazes:
 
 def grazing_curve(oscillator: Oscillator, omega: ArrayLike, max_order: int = 8) -> StopGrazes:
     """Return the grazing curve, on which the steady motion grazes both stops; as `stop_grazes`."""
-    return stop_grazes(oscillator, omega, None, max_order)
+    return stop_grazes(oscillator, omega, ALIKE, max_order)
 
 
 @in_own_period
-def stop_grazes(oscillator: Oscillator, omega: ArrayLike, varied: VariedStop | None, max_order: int = 8) -> StopGrazes:
+def stop_grazes(oscillator: Oscillator, omega: ArrayLike, varied: VariedStop, max_order: int = 8) -> StopGrazes:
     """Return the grazes of one stop, or of both.
 
     Parameters
@@ -115,42 +153,64 @@ def stop_grazes(oscillator: Oscillator, omega: ArrayLike, varied: VariedStop | N
         Forced, every mode damped.
     omega : array_like of shape (n,)
         Forcing frequencies > 0 (rad/s in SI).
-    varied : VariedStop or None
-        None: both stops, at equal gaps, are grazed at once; the forces change their sign after half of their period, as
-        one harmonic does.
+    varied : VariedStop
     max_order : int
         Largest number of half periods after which a recurring impact is looked for, >= 1.
 
     Raises
     ------
     ParameterError
-        Nothing is forced, a number is out of range, the equilibrium is beyond the other stop, or, for both stops, the
-        forces have even and odd harmonics.
+        Nothing is forced, a number is out of range, the equilibrium is beyond the other stop, or the stops are to be
+        alike and the forces have even and odd harmonics.
     SteadyMotionError
         A mode is undamped, or a resonance is practically undamped.
     ConditioningError
         The modal model, which the recurrences need, is ill-conditioned.
     """
     require_forced(oscillator)
-    if varied is None:
-        require_alike(oscillator)
+    varied.require(oscillator)
     checked_order("max_order", max_order, 1)
     values = checked_omega(omega)
     motion = steady_motion(oscillator, values)
-    maxima = motion.toward(1 if varied is None else varied.stop)
-    if varied is None and not np.all(np.isfinite(maxima.amplitude) & (maxima.amplitude > 0.0)):
-        raise ParameterError("omega", "contains a frequency at which the amplitude overflows or underflows")
-    shift, margin, halves = 0.0, np.full(len(values), np.inf), 1  # half periods between two returns
-    if varied is not None:
-        shift, halves = varied.stop * contact_equilibrium(oscillator), 2
-        margin = varied.margin(oscillator, maxima.amplitude, motion.toward(-varied.stop).amplitude)
-    impulse, return_time = impulse_response(modal_model(oscillator)), halves * np.pi / values
-    returns = first_recurrence(impulse.blocks, impulse.conditioning, return_time, max_order // halves, halves == 2)
+    if varied.alike:
+        motion.require_amplitude()
+    maxima = motion.toward(varied.stop)
+    margin = varied.margins(oscillator, motion, maxima.amplitude)
+    returns = varied.returns(max_order // varied.half_periods)
+    impulse = impulse_response(modal_model(oscillator))
     return StopGrazes(
         omega=values,
-        clearance=maxima.amplitude + shift,
+        clearance=varied.clearance(oscillator, maxima.amplitude),
         phase=maxima.phase,
         acceleration=values**2 * maxima.curvature,
         margin=margin,
-        first_recurrence=halves * returns,
+        first_recurrence=varied.half_periods * first_recurrence(impulse, values, *returns),
     )
+
+
+def first_recurrence(response: ImpulseResponse, omega: Floats, phases: Floats, sides: Floats) -> Integers:
+    """Return the number of the first contact after a graze at which an impact recurs, 0 if none does.
+
+    That is the first contact with ``side g(phase/omega) < 0``, equations (33)-(40), where g is the response of the
+    contact to an impulse. Where g is smaller than its round-off, as at a codimension-two point of that order, or
+    underflows, no impact recurs.
+
+    Parameters
+    ----------
+    response : ImpulseResponse
+    omega : ndarray of shape (n,)
+    phases : ndarray of shape (M,)
+        Advance of omega t from the graze to each contact, increasing.
+    sides : ndarray of shape (M,)
+        +1 where a contact is with the grazed stop, and -1 where it is with the other one.
+
+    Returns
+    -------
+    ndarray of int, shape (n,)
+    """
+    first = np.zeros(len(omega), dtype=np.int64)
+    for number, (phase, side) in enumerate(zip(phases.tolist(), sides.tolist(), strict=True), start=1):
+        pending = np.flatnonzero(first == 0)
+        value, _, roundoff, _ = evaluate(response, phase / omega[pending])
+        first[pending[side * value < -roundoff]] = number
+    return first

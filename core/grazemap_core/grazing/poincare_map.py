@@ -190,5 +190,5 @@ def compare_returns(
 
 def _returns(point: GrazingPoint, rows: Floats, depth: float) -> Returns:
     """Return the returns with these deviations, shape (m + 1, 2N + 1)."""
-    stops = point.stop * (1.0 if point.varied else -1.0) ** np.arange(len(rows))
+    stops = point.stop * np.append(1.0, point.varied.returns(len(rows) - 1)[1])
     return Returns(rows, depth + stops * np.array([point.contact_of(row)[0] for row in rows]))

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import field
+from dataclasses import field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,8 +20,8 @@ from grazemap_core.arrays import Complexes, Floats, Integers
 from grazemap_core.checks import checked_omega
 from grazemap_core.contact.stops import Clearance
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.grazing_curve import VariedStop
-from grazemap_core.grazing.steady_maxima import require_alike, steady_motion
+from grazemap_core.grazing.grazing_curve import ALIKE, VariedStop
+from grazemap_core.grazing.steady_maxima import steady_motion
 from grazemap_core.grazing.tolerances import SURFACE_ROUNDING
 from grazemap_core.model.drive import fundamental
 from grazemap_core.model.equilibrium import contact_equilibrium, equilibrium
@@ -34,7 +34,7 @@ from grazemap_core.records import NamedTuple, dataclass
 class _Graze(NamedTuple):
     """The steady motion as it touches a stop; as in `GrazingPoint`."""
 
-    stop: int
+    varied: VariedStop
     """As in `GrazingPoint`."""
     theta: float
     """Phase of the forcing at the graze, omega t."""
@@ -56,10 +56,8 @@ class GrazingPoint:
     """The oscillator."""
     omega: float
     """Forcing frequency."""
-    stop: int
-    """+1 (right) or -1 (left)."""
-    varied: VariedStop | None
-    """Where the other stop is; None: the motion grazes both stops, half a period of the forces apart."""
+    varied: VariedStop
+    """The stop that is grazed here, and where the other one is."""
     amplitude: float
     """Largest displacement of q from its equilibrium toward the stop, A(omega)."""
     margin: float
@@ -87,9 +85,14 @@ class GrazingPoint:
     """(H,) The same for q."""
 
     @property
+    def stop(self) -> int:
+        """+1 (right) or -1 (left)."""
+        return self.varied.stop
+
+    @property
     def turn(self) -> float:
         """By how much theta advances from a return to the next one: half a period of the forces, or a whole one."""
-        return (math.pi if self.varied is None else 2.0 * math.pi) / fundamental(self.oscillator.drive)
+        return self.varied.turn / fundamental(self.oscillator.drive)
 
     @property
     def return_time(self) -> float:
@@ -108,17 +111,18 @@ class GrazingPoint:
 
     def next(self) -> GrazingPoint:
         """Return the point after a return: that of the other stop, the mirror image S x, or this one."""
-        if self.varied is not None:
+        if not self.varied.alike:
             return self
         times = fundamental(self.oscillator.drive)
         theta = _wrapped(times * (float(self.state[-1]) + self.turn)) / times
-        graze = _Graze(-self.stop, theta, self.amplitude, self.margin, -self.steady, -self.contact_steady)
-        return _point(self.oscillator, self.omega, None, self.model, graze)
+        opposite = replace(self.varied, stop=-self.stop)
+        graze = _Graze(opposite, theta, self.amplitude, self.margin, -self.steady, -self.contact_steady)
+        return _point(self.oscillator, self.omega, self.model, graze)
 
     def clearances(self, depth: float) -> Clearance:
         """Return the clearance of both stops, or of each, where this one is `depth` below the graze."""
         here = self.clearance - depth
-        if self.varied is None or self.varied.together:
+        if self.varied.together:
             return here
         return (here, self.varied.other) if self.stop > 0 else (self.varied.other, here)
 
@@ -168,46 +172,36 @@ class GrazingPoint:
         return np.concatenate([np.arange(count) * 2, np.arange(count) * 2 + 1])
 
 
-def grazing_point(
-    oscillator: Oscillator, omega: float, stop: int = 1, varied: VariedStop | None = None
-) -> GrazingPoint:
-    """Return the point at which the steady motion of forcing frequency omega grazes the right (+1) or left (-1) stop.
-
-    Without `varied` the motion grazes both stops at once, half a period of the forces apart. With it, it grazes that
-    stop, and touches it at its highest maximum.
+def grazing_point(oscillator: Oscillator, omega: float, varied: VariedStop = ALIKE) -> GrazingPoint:
+    """Return the point at which the steady motion of forcing frequency omega grazes a stop, at its highest maximum.
 
     Raises
     ------
     ParameterError
-        Nothing is forced, a number is out of range, the motion passes the other stop before it touches this one, or,
-        without `varied`, there is a bias or the forces have even and odd harmonics.
+        Nothing is forced, a number is out of range, the motion passes the other stop before it touches this one, or the
+        stops are to be alike and there is a bias or the forces have even and odd harmonics.
     SteadyMotionError
         A mode is undamped, or a resonance is practically undamped.
     ConditioningError
         The modal model is ill-conditioned.
     """
+    stop = varied.stop
     if stop not in (1, -1):
         raise ParameterError("stop", "must be +1 (right stop) or -1 (left stop)")
     require_forced(oscillator)
     require_damped(oscillator)
-    place = contact_equilibrium(oscillator)
-    if varied is None:
-        require_alike(oscillator)
-        if place != 0.0:
-            raise ParameterError(
-                "bias", "moves the equilibrium from the middle, so that the stops are grazed one by one"
-            )
+    varied.require(oscillator)
+    if varied.alike and contact_equilibrium(oscillator) != 0.0:
+        raise ParameterError("bias", "moves the equilibrium from the middle, so that the stops are grazed one by one")
     own, times = oscillator.at_own_period
     values = checked_omega([times * omega])
     motion = steady_motion(own, values)
     # that of the left stop half a period after that of the right one, where both are grazed at once
-    maxima, later = motion.toward(1 if varied is None else stop), math.pi if varied is None and stop < 0 else 0.0
+    maxima, later = motion.toward(1 if varied.alike else stop), math.pi if varied.alike and stop < 0 else 0.0
     amplitude, phase = float(maxima.amplitude[0]), float(maxima.phase[0])
     if not (math.isfinite(amplitude) and amplitude > 0.0):
         raise ParameterError("omega", "is a frequency at which the amplitude overflows or underflows")
-    margin = math.inf
-    if varied is not None:
-        margin = float(np.ravel(varied.margin(oscillator, maxima.amplitude, motion.toward(-stop).amplitude))[0])
+    margin = float(varied.margins(oscillator, motion, maxima.amplitude)[0])
     if margin < 0.0:
         raise ParameterError("clearance", "lets the steady motion pass the other stop before it touches this one")
     theta, phase = _wrapped(phase + later) / times, phase + later
@@ -226,8 +220,8 @@ def grazing_point(
             for row, value in zip(steady, contact.tolist(), strict=True)
         ]
     )
-    graze = _Graze(stop, theta, amplitude, margin, steady, contact)
-    return _point(oscillator, float(omega), varied, modal_model(oscillator), graze)
+    graze = _Graze(varied, theta, amplitude, margin, steady, contact)
+    return _point(oscillator, float(omega), modal_model(oscillator), graze)
 
 
 def checked_deviation(point: GrazingPoint, deviation: ArrayLike, on_surface: bool = True) -> Floats:
@@ -256,11 +250,9 @@ def interleaved(displacement: Floats, velocity: Floats, theta: float) -> Floats:
     return np.append(np.stack([displacement, velocity], axis=1).ravel(), theta)
 
 
-def _point(
-    oscillator: Oscillator, omega: float, varied: VariedStop | None, model: ModalModel, graze: _Graze
-) -> GrazingPoint:
+def _point(oscillator: Oscillator, omega: float, model: ModalModel, graze: _Graze) -> GrazingPoint:
     orders = np.array([harmonic.order for harmonic in oscillator.drive], dtype=np.float64)
-    stop, place, contact = graze.stop, contact_equilibrium(oscillator), graze.contact
+    stop, place, contact = graze.varied.stop, contact_equilibrium(oscillator), graze.contact
     clearance = graze.amplitude + stop * place
     rates = orders[:, None] * omega
     displacement, velocity = np.sum(graze.steady.imag, axis=0), np.sum(rates * graze.steady.real, axis=0)
@@ -274,8 +266,7 @@ def _point(
     return GrazingPoint(
         oscillator,
         omega,
-        stop,
-        varied,
+        graze.varied,
         graze.amplitude,
         graze.margin,
         clearance,

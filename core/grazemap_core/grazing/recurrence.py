@@ -15,8 +15,7 @@ from numpy.typing import ArrayLike
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.checks import checked_omega, checked_order
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.grazing_curve import VariedStop, grazing_curve
-from grazemap_core.grazing.kernels.recurrence import first_recurrence
+from grazemap_core.grazing.grazing_curve import ALIKE, VariedStop, first_recurrence, grazing_curve
 from grazemap_core.grazing.point import GrazingPoint
 from grazemap_core.grazing.steady_maxima import steady_motion
 from grazemap_core.model.drive import fundamental
@@ -62,18 +61,17 @@ class NextContact:
 def recurrence_sequence(point: GrazingPoint, max_order: int = 8) -> RecurrenceSequence:
     """Return xi_m at one grazing point; max_order is M >= 1."""
     checked_order("max_order", max_order, 1)
-    order = np.arange(1, max_order + 1)
-    impulse, both = impulse_response(point.model), point.varied is None
+    order, impulse = np.arange(1, max_order + 1), impulse_response(point.model)
     value, _, _, terms = evaluate(impulse, order * point.return_time)
     factor = -(1.0 + point.oscillator.restitution_of(point.stop)) * point.acceleration
-    times = np.array([point.return_time])
-    (first,) = first_recurrence(impulse.blocks, impulse.conditioning, times, max_order, not both).tolist()
+    phases, sides = point.varied.returns(max_order)
+    (first,) = first_recurrence(impulse, np.array([point.varied.turn / point.return_time]), phases, sides).tolist()
     return RecurrenceSequence(
         order=order,
         xi=factor * value,
         size=abs(factor) * terms,
         first_recurrence=first,
-        recurrence_stop=0 if first == 0 else -point.stop if both and first % 2 else point.stop,
+        recurrence_stop=0 if first == 0 else int(point.stop * sides[first - 1]),
     )
 
 
@@ -103,8 +101,7 @@ def next_contact(
     omega: ArrayLike,
     distance: ArrayLike,
     max_order: int = 8,
-    stop: int = 1,
-    varied: VariedStop | None = None,
+    varied: VariedStop = ALIKE,
 ) -> NextContact:
     """Return the first return with an impact after an impact of the steady motion.
 
@@ -127,8 +124,8 @@ def next_contact(
         Distance below the grazing curve, in units of A(omega), in (0, 1).
     max_order : int
         Largest return m, >= 1.
-    stop, varied
-        As in `grazing_point`; impacts on the other stop are not looked for unless both are grazed at once.
+    varied : VariedStop
+        The stop of the impact. Impacts on the other one are not looked for unless both are grazed at once.
 
     Raises
     ------
@@ -148,24 +145,21 @@ def next_contact(
         raise ParameterError("distance", "must be one number, or one for every omega")
     if not np.all((below > 0.0) & (below < 1.0)):
         raise ParameterError("distance", "must lie between 0 and 1, both excluded")
-    rebound = 1.0 + oscillator.restitution_of(stop)
+    rebound = 1.0 + oscillator.restitution_of(varied.stop)
     response = impulse_response(modal_model(oscillator))
     own, times = oscillator.at_own_period
     values = times * values
-    maxima = steady_motion(own, values).toward(stop)
+    maxima = steady_motion(own, values).toward(varied.stop)
     u = np.sqrt(2.0 * below * (maxima.amplitude / maxima.curvature)) / values
-    turn, changes = (math.pi, -1.0) if varied is None else (2.0 * math.pi, 1.0)
     order = np.zeros(len(values), dtype=np.int64)
     margin = np.full(len(values), math.inf)
-    for m in range(1, max_order + 1):
-        value, slope, _, _ = evaluate(response, m * turn / values)
-        sign = changes**m
+    phases, sides = varied.returns(max_order)
+    for m, phase, sign in zip(range(1, max_order + 1), phases.tolist(), sides.tolist(), strict=True):
+        value, slope, _, _ = evaluate(response, phase / values)
         threshold = 0.5 * u / rebound * (1.0 - rebound * sign * slope) ** 2
         difference = sign * value - threshold
         pending = order == 0
         relative = np.abs(difference) / np.maximum(threshold, np.finfo(np.float64).tiny)
         margin = np.where(pending, np.minimum(margin, relative), margin)
         order = np.where(pending & (difference < 0.0), m, order)
-    return NextContact(
-        order, np.where(order == 0, 0, stop * np.where(order % 2 == 0, 1.0, changes)).astype(np.int64), margin
-    )
+    return NextContact(order, (varied.stop * np.append(0.0, sides)[order]).astype(np.int64), margin)

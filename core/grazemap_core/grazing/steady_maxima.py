@@ -10,7 +10,6 @@ import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.errors import ParameterError
-from grazemap_core.model.drive import is_half_wave_symmetric
 from grazemap_core.model.harmonic_response import contact_response, contact_response_and_slope
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.numerics.trig_maxima import derivatives, highest_points, roundoff
@@ -85,12 +84,6 @@ def steady_motion(oscillator: Oscillator, omega: Floats, slopes: bool = False) -
         return SteadyMotion(orders, *contact_response_and_slope(oscillator, omega))
     response = contact_response(oscillator, omega)
     return SteadyMotion(orders, response, np.full_like(response, np.nan))
-
-
-def require_alike(oscillator: Oscillator) -> None:
-    """Raise ParameterError unless the forces change their sign after half of their period, so that A_R = A_L."""
-    if not is_half_wave_symmetric(oscillator.drive):
-        raise ParameterError("forcing", "has even and odd harmonics, so that equal stops are not grazed at once")
 
 
 def wrapped(phase: Floats) -> Floats:

@@ -17,6 +17,7 @@ from grazemap_core.grazing.discontinuity_mapping import (
     mapping_error,
     overshoot_of,
 )
+from grazemap_core.grazing.grazing_curve import ALIKE, VariedStop
 from grazemap_core.grazing.point import grazing_point
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
@@ -102,7 +103,7 @@ def test_the_exact_mapping_of_any_structure_is_that_of_sixty_digits():
 def test_without_any_rebound_and_without_any_loss_the_expansion_holds_too(restitution):
     for point in random_grazing_points(7, 8, 2.0):
         oscillator = replace(point.oscillator, restitution=restitution)
-        other = grazing_point(oscillator, point.omega, point.stop)
+        other = grazing_point(oscillator, point.omega, point.varied)
         assert slope(OVERSHOOTS, remainder(other)) == pytest.approx(0.5, abs=0.02)
         mapping = exact_mapping(other, beyond_stop(other, 1e-6 * other.clearance))
         # nothing of the overshoot is left, or all of it but for higher orders
@@ -150,7 +151,7 @@ def test_the_impact_of_the_exact_mapping_is_on_the_stop_and_the_result_on_the_su
 
 
 def test_a_state_inside_the_stop_is_mapped_to_itself():
-    point = grazing_point(DEFAULT, 0.29, -1)
+    point = grazing_point(DEFAULT, 0.29, replace(ALIKE, stop=-1))
     inside = beyond_stop(point, -1e-6)
     inside[3] = 0.25
     np.testing.assert_array_equal(leading_mapping(point, inside), inside)
@@ -166,7 +167,7 @@ def test_both_stops_are_mirror_images():
     for point in random_grazing_points(5, 8, 2.0):
         other = point.next()
         np.testing.assert_array_equal(other.next().state[:-1], point.state[:-1])
-        direct = grazing_point(point.oscillator, point.omega, other.stop)
+        direct = grazing_point(point.oscillator, point.omega, other.varied)
         np.testing.assert_allclose(direct.state, other.state, rtol=1e-14, atol=1e-14 * point.clearance)
         here = exact_mapping(point, beyond_stop(point, 1e-4 * point.clearance)).displacement
         there = exact_mapping(other, beyond_stop(other, 1e-4 * point.clearance)).displacement
@@ -218,6 +219,6 @@ def test_states_without_a_mapping_are_refused():
         with pytest.raises(ParameterError, match="deviation"):
             exact_mapping(point, deviation)
     with pytest.raises(ParameterError, match="stop"):
-        grazing_point(DEFAULT, 0.29, 0)
+        grazing_point(DEFAULT, 0.29, VariedStop(0))
     with pytest.raises(SteadyMotionError):
         grazing_point(Oscillator.create([1.0], [1.0], 0.0, [1.0], 0.8), 0.5)

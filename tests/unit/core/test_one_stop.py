@@ -1,9 +1,13 @@
-"""Grazes of one stop: double grazes against a dense search, recurrences and margins against sums that are added up."""
+"""Grazes of one stop: double grazes against 50 digits and a dense search, recurrences and margins against sums.
+
+The sums of the impulse response are added up term by term.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from flint import acb, acb_mat, acb_poly, arb
 from scipy.optimize import minimize_scalar
 
 from grazemap_core.grazing.codimension_two import codimension_two_points
@@ -16,6 +20,8 @@ from grazemap_core.model.impulse_response import evaluate, impulse_response
 from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.tolerances import EPSILON
+from tests.oracles.fifty_digits import digits
 from tests.support.general_systems import positive
 from tests.support.oscillators import DEFAULT
 from tests.support.refused import refused
@@ -51,6 +57,56 @@ def test_every_double_graze_is_found(seed: int) -> None:
         assert len(places) == len(before)
         assert np.all((omega[before] <= places) & (places <= omega[before + 1]))
         assert np.abs(contact_response(oscillator, places)[:, 0]) == pytest.approx(gap, rel=1e-13)
+
+
+def through(places: list[acb], values: list[acb]) -> acb_poly:
+    """Return the polynomial with these values."""
+    total = acb_poly([0])
+    for place, value in zip(places, values, strict=True):
+        others = [other for other in places if other is not place]
+        term = acb_poly([value])
+        for other in others:
+            term = term * acb_poly([-other, 1]) * (1 / (place - other))
+        total += term
+    return total
+
+
+def exact_double_grazes(oscillator: Oscillator, gap: float) -> list[float]:
+    """Return all omega with |X| = gap: the real zeros of |N|^2 - gap^2 |D|^2, where X = N/D, polynomials of omega."""
+    size, (force_on_all,) = oscillator.size, oscillator.drive[0].amplitudes(np.ones(1))
+    parts = oscillator.stiffness_matrix, 1j * oscillator.damping_matrix, -oscillator.mass_matrix
+    places, numerator, denominator = [acb(k) / size for k in range(2 * size + 1)], [], []
+    for omega in places:
+        dynamic = acb_mat(size, size)
+        for power, matrix in enumerate(parts):
+            dynamic += acb_mat([[acb(x.real, x.imag) for x in row] for row in matrix.tolist()]) * omega**power
+        forces = acb_mat([[acb(x.real, x.imag)] for x in force_on_all.tolist()])
+        row = acb_mat([[acb(x) for x in oscillator.contact.tolist()]])
+        denominator.append(dynamic.det())
+        numerator.append((row * dynamic.solve(forces))[0, 0] * denominator[-1])
+    squares = [
+        each * acb_poly([x.conjugate() for x in each.coeffs()])
+        for each in (through(places, numerator), through(places, denominator))
+    ]
+    coefficients = [x.real.mid() for x in (squares[0] - acb(gap) ** 2 * squares[1]).coeffs()]
+    zeros = acb_poly([acb(x) for x in coefficients]).roots(tol=arb(10) ** -40, maxprec=4000)
+    return sorted(float(zero.real.mid()) for zero in zeros if abs(float(zero.imag.mid())) < 1e-25)
+
+
+@pytest.mark.parametrize("seed", the_first(4, range(0, 120, 3)))
+def test_the_double_grazes_are_all_those_of_fifty_digits(seed: int) -> None:
+    oscillator, omega = random_oscillator(seed), np.linspace(0.05, 4.0, 4001)
+    amplitude = np.abs(contact_response(oscillator, omega)[:, 0])
+    peaks = amplitude[1:-1][(amplitude[1:-1] > amplitude[:-2]) & (amplitude[1:-1] > amplitude[2:])]
+    shares = amplitude.min() + np.array([0.02, 0.2, 0.7]) * (amplitude.max() - amplitude.min())
+    for gap in [*shares.tolist(), *(peaks[:2] * (1.0 - 1e-9)).tolist()]:
+        with digits():
+            exact = [place for place in exact_double_grazes(oscillator, gap) if 0.05 <= place <= 4.0]
+        grazes = double_grazes(oscillator, gap, 0.05, 4.0)
+        assert all(graze.simple for graze in grazes)
+        assert len(grazes) == len(exact)
+        for graze, place in zip(grazes, exact, strict=True):
+            assert abs(graze.omega - place) <= graze.error + EPSILON * place
 
 
 @pytest.mark.thorough

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from grazemap_core.errors import ParameterError, SteadyMotionError
 from grazemap_core.grazing.codimension_two import codimension_two_points, families_of_order
-from grazemap_core.grazing.grazing_curve import grazing_curve
+from grazemap_core.grazing.grazing_curve import ALIKE, grazing_curve
 from grazemap_core.grazing.poincare_map import simulated_returns
 from grazemap_core.grazing.point import grazing_point
 from grazemap_core.grazing.recurrence import next_contact, recurrence_sequence, xi_along
@@ -50,7 +51,7 @@ def test_xi_is_the_same_by_jacobians_by_flows_and_by_the_impulse_response(seed):
     worst = 0.0
     for oscillator in systems(seed, 10):
         for omega in random.uniform(0.2, 2.0, 5):
-            points = [grazing_point(oscillator, float(omega), stop) for stop in (1, -1)]
+            points = [grazing_point(oscillator, float(omega), replace(ALIKE, stop=stop)) for stop in (1, -1)]
             sequences = [recurrence_sequence(point, 8) for point in points]
             for point, sequence in zip(points, sequences, strict=True):
                 for jacobian in (return_jacobian, flow_jacobian):  # as (42) and (57) are written
@@ -126,7 +127,7 @@ def test_the_predicted_next_contact_of_one_stop_is_the_simulated_one():
     orders = set()
     for point in general_grazing_points(4):
         distance = 1e-8
-        contact = next_contact(point.oscillator, [point.omega], distance, 4, point.stop, point.varied)
+        contact = next_contact(point.oscillator, [point.omega], distance, 4, point.varied)
         assert contact.margin[0] > UNDECIDABLE
         seen = simulated_returns(point, np.zeros(len(point.state)), 4, distance * point.amplitude).overshoot[1:]
         order = int(np.argmax(seen > 0.0)) + 1 if np.any(seen > 0.0) else 0

@@ -25,7 +25,9 @@ def highest(orders: tuple[int, ...], amplitudes: Complexes) -> arb:
     for k, x in zip(orders, amplitudes.tolist(), strict=True):
         coefficients[orders[-1] + k] += k * acb(x.real, x.imag)
         coefficients[orders[-1] - k] += k * acb(x.real, -x.imag)
-    zeros = [acb(zero.real.mid(), zero.imag.mid()) for zero in acb_poly(coefficients).roots(maxprec=2000)]
+    zeros = [
+        acb(zero.real.mid(), zero.imag.mid()) for zero in acb_poly(coefficients).roots(tol=arb(10) ** -40, maxprec=2000)
+    ]
     turns = [zero / abs(zero) for zero in zeros if abs(float(abs(zero)) - 1.0) < 1e-6]
     return max((value(orders, amplitudes, turn).mid() for turn in turns), key=float)
 

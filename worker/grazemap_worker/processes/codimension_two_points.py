@@ -29,8 +29,8 @@ def expected_seconds(request: CodimensionTwoPointsRequest) -> float:
 def varied_stops(
     request: CodimensionTwoPointsRequest | GrazingCurvesRequest | DiscontinuityMappingsRequest,
 ) -> list[VariedStop]:
-    """Return the stops with separate grazing curves; an empty list if both stops are always grazed at once."""
-    from grazemap_core.grazing.grazing_curve import VariedStop
+    """Return the stops with separate grazing curves; one pair if both stops are always grazed at once."""
+    from grazemap_core.grazing.grazing_curve import ALIKE, VariedStop
     from grazemap_core.model.drive import is_half_wave_symmetric
     from grazemap_core.model.equilibrium import contact_equilibrium
 
@@ -38,23 +38,19 @@ def varied_stops(
         return [VariedStop(*varied_stop(request.clearance))]
     oscillator = core_oscillator(request.oscillator)
     if contact_equilibrium(oscillator) == 0.0 and is_half_wave_symmetric(oscillator.drive):
-        return []
+        return [ALIKE]
     return [VariedStop(stop, together=True) for stop in (1, -1)]
 
 
 def special_points(
     oscillator: Oscillator, start: float, stop: float, max_order: int, max_multiple: int, varied: list[VariedStop]
 ) -> list[CodimensionTwoPoint]:
-    """Return the codimension-two points of the grazing curves of some stops, in increasing omega.
-
-    If `varied` is empty, they are those of the curve on which both stops are grazed at once.
-    """
+    """Return the codimension-two points of the grazing curves of some stops, in increasing omega."""
     from grazemap_core.grazing.codimension_two import codimension_two_points
 
-    stops: list[VariedStop | None] = [*varied] or [None]
     points = [
         point
-        for varied_stop in stops
+        for varied_stop in varied
         for point in codimension_two_points(oscillator, start, stop, max_order, max_multiple, varied_stop)
     ]
     return sorted(points, key=lambda point: point.omega)

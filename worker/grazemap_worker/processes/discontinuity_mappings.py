@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from grazemap import results
@@ -59,15 +61,16 @@ def compute(request: DiscontinuityMappingsRequest, report: Report) -> ClassDocum
 
     oscillator = core_oscillator(request.oscillator)
     stop = STOPS[request.stop]
-    varied_stop = next((varied for varied in varied_stops(request) if varied.stop == stop), None)
-    point = grazing_point(oscillator, request.omega, stop, varied_stop)
+    varied = next(each for each in varied_stops(request) if each.alike or each.stop == stop)
+    varied = replace(varied, stop=stop)
+    point = grazing_point(oscillator, request.omega, varied)
     overshoot = np.array(request.overshoot)
     largest = largest_overshoot(point)
     if np.any(overshoot > largest):
         raise ParameterError("overshoot", f"must be at most {largest:.6g}, the end of the mapping's domain")
     sequence = recurrence_sequence(point, request.returns)
     omegas, relative_overshoot = np.full(len(overshoot), request.omega), overshoot / point.amplitude
-    contact = next_contact(oscillator, omegas, relative_overshoot, request.returns, stop, varied_stop)
+    contact = next_contact(oscillator, omegas, relative_overshoot, request.returns, varied)
     errors = mapping_error(point, overshoot)
 
     state_size = len(point.state)

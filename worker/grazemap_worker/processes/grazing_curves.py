@@ -52,10 +52,11 @@ def compute(request: GrazingCurvesRequest, report: Report) -> ClassDocument:
     omega = grid_values(request.axis.values)
     report(0, 2)
     varied = varied_stops(request)
-    curve = None if varied else grazing_curve(oscillator, omega, request.max_order)
-    sequence = {"xi": xi_along(oscillator, omega, request.max_order)} if curve and request.sequence else {}
+    alike = varied[0].alike
+    curve = grazing_curve(oscillator, omega, request.max_order) if alike else None
+    sequence = {"xi": xi_along(oscillator, omega, request.max_order)} if alike and request.sequence else {}
     stop_curves: Document = {}
-    for stop in varied:
+    for stop in () if alike else varied:
         grazes, side = stop_grazes(oscillator, omega, stop, request.max_order), _SIDES[stop.stop]
         curve_fields = fields(grazes, "clearance", "phase", "virtual", "first_recurrence")
         curve_fields["margin"] = np.where(np.isfinite(grazes.margin), grazes.margin, np.nan)
