@@ -358,15 +358,14 @@ def _recurrences(
     orders = range(each, max_order + 1, each)
     factors = [order * math.pi for order in orders]
     zeros = _zeros(response, IMPULSE, factors, start, stop)
-    times = np.array([zero.time for zero in zeros])
     points = []
     for order, factor in zip(orders, factors, strict=True):
-        smaller = first_recurrence(response, factor / times, *varied.returns(order // each - 1))
-        for zero, recurring in zip(zeros, smaller, strict=True):
-            omega = _inside(factor / zero.time, start, stop)
-            if omega is not None:
-                active, families = bool(recurring == 0), families_of_order(order) if varied.alike else None
-                points.append(_point("recurrence", omega, zero, order=order, active=active, families=families))
+        inside = [(omega, zero) for zero in zeros if (omega := _inside(factor / zero.time, start, stop)) is not None]
+        families = families_of_order(order) if varied.alike else None
+        omegas = np.array([omega for omega, _ in inside])
+        smaller = first_recurrence(response, omegas, *varied.returns(order // each - 1))
+        for (omega, zero), recurring in zip(inside, smaller.tolist(), strict=True):
+            points.append(_point("recurrence", omega, zero, order=order, active=recurring == 0, families=families))
     return points
 
 
