@@ -280,8 +280,8 @@ def _on_the_curve(
 
 def _double_grazes(oscillator: Oscillator, varied: VariedStop, start: float, stop: float) -> list[CodimensionTwoPoint]:
     """Return the points at which the other stop is grazed too, without their clearance."""
-    gap = varied.other_gap(oscillator)
-    if is_half_wave_symmetric(oscillator.drive) if varied.together else math.isinf(gap):
+    symmetric, gap = is_half_wave_symmetric(oscillator.drive), varied.other_gap(oscillator)
+    if symmetric if varied.together else math.isinf(gap):
         return []  # the margin does not depend on omega
     coincidences = vanishing_margins(oscillator, varied, start, stop)
     return [_coincidence("double-graze", coincidence, start, stop) for coincidence in coincidences]

@@ -46,21 +46,24 @@ class VariedStop:
 
     @property
     def half_periods(self) -> int:
-        """Half periods of the forces from a graze to the next return of the steady motion, to either stop if alike."""
+        """Half periods of the forces from a graze to the next one of the same motion, of either stop if alike."""
         return 1 if self.alike else 2
 
     @property
     def turn(self) -> float:
-        """Advance of omega t in this time, at the own frequency of the forces."""
+        """Advance of omega t in this time; omega is the own frequency of the forces."""
         return self.half_periods * math.pi
 
     def returns(self, count: int) -> tuple[Floats, Floats]:
-        """Return the phases of the first returns after a graze, and +1 or -1: to the same stop, or to the other one."""
+        """Return omega t from a graze to each of the next returns, and +1 if it is to the same stop, -1 if not.
+
+        The shape of both is (count,), which is >= 0.
+        """
         number = np.arange(1.0, count + 1.0)
         return self.turn * number, (-1.0) ** number if self.alike else np.ones(count)
 
     def require(self, oscillator: Oscillator) -> None:
-        """Raise ParameterError if the forces do not graze both stops at once that are to be alike."""
+        """Raise ParameterError if the stops are to be alike and the forces have even and odd harmonics."""
         if self.alike and not is_half_wave_symmetric(oscillator.drive):
             raise ParameterError("forcing", "has even and odd harmonics, so that equal stops are not grazed at once")
 
@@ -69,7 +72,7 @@ class VariedStop:
         return amplitude if self.alike else amplitude + self.stop * contact_equilibrium(oscillator)
 
     def margins(self, oscillator: Oscillator, motion: SteadyMotion, amplitude: Floats) -> Floats:
-        """Return `margin` for a motion with this amplitude toward the stop; infinite if both are grazed at once."""
+        """Return the `margin` of a motion with this amplitude toward the stop; infinite if both are grazed at once."""
         if self.alike:
             return np.full(len(amplitude), np.inf)
         return self.margin(oscillator, amplitude, motion.toward(-self.stop).amplitude)
@@ -211,6 +214,8 @@ def first_recurrence(response: ImpulseResponse, omega: Floats, phases: Floats, s
     first = np.zeros(len(omega), dtype=np.int64)
     for number, (phase, side) in enumerate(zip(phases.tolist(), sides.tolist(), strict=True), start=1):
         pending = np.flatnonzero(first == 0)
+        if not len(pending):
+            break
         value, _, roundoff, _ = evaluate(response, phase / omega[pending])
         first[pending[side * value < -roundoff]] = number
     return first
