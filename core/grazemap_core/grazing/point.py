@@ -21,7 +21,7 @@ from grazemap_core.checks import checked_omega
 from grazemap_core.contact.stops import Clearance
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.grazing_curve import ALIKE, VariedStop
-from grazemap_core.grazing.steady_maxima import steady_motion
+from grazemap_core.grazing.steady_maxima import steady_motion, wrapped
 from grazemap_core.grazing.tolerances import SURFACE_ROUNDING
 from grazemap_core.model.drive import fundamental
 from grazemap_core.model.equilibrium import contact_equilibrium, equilibrium
@@ -114,7 +114,7 @@ class GrazingPoint:
         if not self.varied.alike:
             return self
         times = fundamental(self.oscillator.drive)
-        theta = _wrapped(times * (float(self.state[-1]) + self.turn)) / times
+        theta = float(wrapped(times * (float(self.state[-1]) + self.turn))) / times
         opposite = replace(self.varied, stop=-self.stop)
         graze = _Graze(opposite, theta, self.amplitude, self.margin, -self.steady, -self.contact_steady)
         return _point(self.oscillator, self.omega, self.model, graze)
@@ -204,7 +204,7 @@ def grazing_point(oscillator: Oscillator, omega: float, varied: VariedStop = ALI
     margin = float(varied.margins(oscillator, motion, maxima.amplitude)[0])
     if margin < 0.0:
         raise ParameterError("clearance", "lets the steady motion pass the other stop before it touches this one")
-    theta, phase = _wrapped(phase + later) / times, phase + later
+    theta, phase = float(wrapped(phase + later)) / times, phase + later
     responses = [harmonic_amplitudes(own, values, harmonic) for harmonic in own.drive]
     if len(responses) == 1:  # exactly on the stop; the phases of the displacements are relative to that of q
         ((response, coordinate, _),) = responses
@@ -297,7 +297,3 @@ def _mapping_coefficients(oscillator: Oscillator, stop: int, omega: float, motio
     v = v + restitution * rebound * slowing * coupling
     x = oscillator.with_contact(x, 0.5 * (1.0 - restitution) * rebound * slowing)
     return beta, interleaved(x, oscillator.with_contact(v, 0.0), late * omega)
-
-
-def _wrapped(phase: float) -> float:
-    return phase - 2.0 * math.pi if phase > math.pi else phase

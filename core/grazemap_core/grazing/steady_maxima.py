@@ -86,6 +86,6 @@ def steady_motion(oscillator: Oscillator, omega: Floats, slopes: bool = False) -
     return SteadyMotion(orders, response, np.full_like(response, np.nan))
 
 
-def wrapped(phase: Floats) -> Floats:
+def wrapped(phase: Floats | float) -> Floats:
     """Return phases between -3 pi and 3 pi in (-pi, pi]."""
     return np.where(phase > np.pi, phase - 2.0 * np.pi, np.where(phase <= -np.pi, phase + 2.0 * np.pi, phase))
