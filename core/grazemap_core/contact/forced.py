@@ -76,17 +76,17 @@ class ForcedStructure:
     def kernels(self) -> Forced:
         """The arrays of the kernels, at phase 0."""
         free, cells = self.models.free, self.cells
-        step, step_low = cell_length(self.omega, cells)
+        length = cell_length(self.omega, cells)
         flow_table = np.empty(((cells if cells // 2 <= MAX_TABLED_CELLS else MAX_TABLED_CELLS) + 1, free.size, 8))
-        tabulate_flow(free.decay, free.frequency_squared, (step, step_low), flow_table)
+        tabulate_flow(free.decay, free.frequency_squared, length, flow_table)
         fixed = free_arrays(self.models, 0.0 if np.all(free.frequency_squared > 0.0) else self.omega)
         problem = CellProblem(
             **fixed,
             cell_flow=np.ascontiguousarray(flow_table[1, :, :4]),
             flow_table=flow_table,
-            **self._reference(step, 0.0, fixed["output_row"]),
+            **self._reference(length.high, 0.0, fixed["output_row"]),
             omega=float(self.omega),
-            step=step,
+            step=length.high,
             cells=cells,
         )
         return Forced(problem, self._held(0.0))

@@ -11,10 +11,10 @@ second-order blocks (the modal model), and computes its steady response and its 
 - `modal`: the modal model, for every kind of damping.
 - `damped_blocks`: second-order blocks of a structure whose damping couples its modes.
 - `modal_refinement`: refinement of a modal decomposition to a few roundings.
-- `harmonic_response`, `dense_response`: the steady motion without impacts.
+- `harmonic_response`: the steady motion without impacts.
 - `response_bounds`: how much its amplitudes can bend over an interval of omega.
 - `impulse_response`: the response of the contact coordinate to a unit velocity, and its periodic sums.
 - `equilibrium`: the static equilibrium, and the gaps from it.
 - `summary`: all linear properties at once.
-- `kernels`: block flow, residuals, tridiagonal solver and sums of impulse responses.
+- `kernels`: block flow, the elements of a structure, its steady response, and sums of impulse responses.
 """

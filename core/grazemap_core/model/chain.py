@@ -12,10 +12,9 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from grazemap_core.arrays import Complexes, Floats
-from grazemap_core.model.kernels.chain_residual import invariance_residual
-from grazemap_core.model.kernels.tridiagonal import RESONANT, Links, steady_amplitudes
-from grazemap_core.model.structure import Response, Structure
+from grazemap_core.arrays import Floats
+from grazemap_core.model.kernels.elements import Elements
+from grazemap_core.model.structure import Structure
 from grazemap_core.records import dataclass
 
 
@@ -56,6 +55,24 @@ class Chain(Structure):
         """C, shape (n, n), built from the links as K is."""
         return _of_links(self.link_damping, self.wall_damping)
 
+    @cached_property
+    def elements(self) -> Elements:
+        """The link to the wall, the links between the masses and to ground, and the masses."""
+        count, none = self.size, np.zeros(self.size)
+        each = np.arange(count)
+        links, masses = np.column_stack((each, each + 1)), np.column_stack((each, np.full(count, count)))
+        first = 0 if self.wall_stiffness > 0.0 else 1
+        ends = np.concatenate(([[0, count]], links, masses))[first:]
+        return Elements(
+            stretched_by=ends,
+            acts_on=ends,
+            mass=np.concatenate(([0.0], none, self.masses))[first:],
+            damping=np.concatenate(([self.wall_damping], self.link_damping, none))[first:],
+            stiffness=np.concatenate(([self.wall_stiffness], self.stiffnesses, none))[first:],
+            reach=min(1, count - 1),
+            elongations=True,
+        )
+
     def mass_norms(self, vectors: Floats) -> Floats:
         """Return ``sqrt(x^T M x)`` of every column of vectors (n, m), shape (m,)."""
         return np.sqrt(self.masses @ vectors**2)
@@ -80,12 +97,6 @@ class Chain(Structure):
         """Return ``K r`` and ``C r``, as `Structure.ground_forces`; only the last link is moved by r = (1, ..., 1)."""
         stretched = elongations(influence)
         return _on_masses(self.stiffnesses * stretched), _on_masses(self.link_damping * stretched)
-
-    def response(self, frequencies: Floats, forces: Complexes, row: Floats) -> Response:
-        """Return the steady response to forces ``Im(f e^{i w t})``, as `Structure.response`."""
-        links = Links(self.masses, self.stiffnesses, self.link_damping, self.wall_stiffness, self.wall_damping)
-        amplitudes, coordinate, status = steady_amplitudes(links, frequencies, forces, row)
-        return Response(amplitudes, coordinate, status != RESONANT)
 
     def undamped(self) -> Chain:
         """Return the chain without damping."""
@@ -165,19 +176,6 @@ class Chain(Structure):
         of_states = of_elongations.copy()
         of_states[:, 1:count] -= of_elongations[:, : count - 1]  # elongation i is x_i - x_{i+1}
         return of_states
-
-    def invariance_residual(self, columns: Floats, frequency_squared: Floats, decay: Floats) -> Floats:
-        """Return ``A X - X T`` in elongations and velocities, computed in double-double, shape (2n, 2n)."""
-        return invariance_residual(
-            self.masses,
-            self.stiffnesses,
-            self.link_damping,
-            columns,
-            frequency_squared,
-            decay,
-            self.wall_stiffness,
-            self.wall_damping,
-        )
 
     @property
     def _weights(self) -> Floats:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import lu_factor, lu_solve
 
 from grazemap_core.arrays import Floats
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.chain import Chain
+from grazemap_core.model.kernels.steady_response import steady_amplitudes
+from grazemap_core.model.matrices import elements_of
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.model.tolerances import STEADY_REFINEMENT_STEPS
-from grazemap_core.numerics.double_double_arrays import add, exact, negative, transformed
 from grazemap_core.tolerances import EPSILON
 
 
@@ -42,32 +41,23 @@ def static_displacements(stiffness: Floats, forces: Floats, name: str) -> Floats
     Raises
     ------
     ParameterError
-        The forces push along a free mode.
+        The forces push along a free mode, or K is so nearly singular that no solution is resolved.
     """
     if not np.any(forces):
         return np.zeros_like(forces)
     left, singular, right = np.linalg.svd(stiffness)
     free = singular <= 16.0 * len(forces) * EPSILON * singular[0]
     if not np.any(free):
-        return _refined(stiffness, forces)
+        zero, none = np.zeros_like(stiffness), np.zeros_like(forces)
+        elements = elements_of(zero, zero, stiffness)
+        static, _, exists = steady_amplitudes(elements, np.zeros(1), forces[None].astype(np.complex128), none)
+        if not exists[0]:
+            raise ParameterError(name, "pushes along a mode that is nearly free, so the equilibrium is unresolved")
+        return np.ascontiguousarray(static[0].real)
     if np.max(np.abs(left[:, free].T @ forces)) > 16.0 * len(forces) * EPSILON * np.max(np.abs(forces)):
         raise ParameterError(name, "pushes along a free mode, so there is no equilibrium")
     inverse = np.where(free, 0.0, 1.0 / np.where(free, 1.0, singular))
     return np.asarray(right.T @ (inverse * (left.T @ forces)))
-
-
-def _refined(stiffness: Floats, bias: Floats) -> Floats:
-    """Solve ``K x = s`` with residuals in double-double."""
-    factors = lu_factor(stiffness)
-    right_side = exact(bias[:, None])
-    solution = exact(np.zeros_like(bias)[:, None])
-    for _ in range(STEADY_REFINEMENT_STEPS):
-        residual = add(right_side, negative(transformed(stiffness, solution))).rounded
-        step = lu_solve(factors, residual)
-        solution = add(solution, exact(step))
-        if np.max(np.abs(step)) <= EPSILON**2 * np.max(np.abs(solution.high)):
-            break
-    return solution.rounded[:, 0]
 
 
 def contact_equilibrium(oscillator: Oscillator) -> float:

@@ -9,12 +9,12 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, cholesky, eigh, solve_triangular
 
-from grazemap_core.arrays import Complexes, Floats
+from grazemap_core.arrays import Floats
 from grazemap_core.errors import ParameterError
-from grazemap_core.model.dense_response import dense_response
-from grazemap_core.model.structure import Response, Structure
+from grazemap_core.model.kernels.elements import Elements
+from grazemap_core.model.structure import Structure
 from grazemap_core.model.tolerances import ASYMMETRY, FLOOR_OF_WEIGHTS
-from grazemap_core.numerics.double_double_arrays import Pair, add, exact, negative, product, transformed
+from grazemap_core.numerics.double_double_arrays import exact, transformed
 from grazemap_core.records import dataclass
 from grazemap_core.tolerances import LARGEST_NUMBER, SMALLEST_NUMBER
 
@@ -116,6 +116,11 @@ class Matrices(Structure):
         """K, shape (N, N)."""
         return self.stiffness
 
+    @cached_property
+    def elements(self) -> Elements:
+        """Those of `elements_of`."""
+        return elements_of(self.mass, self.damping, self.stiffness)
+
     @property
     def has_symmetric_stiffness(self) -> bool:
         """Whether K is symmetric, so that the structure without damping has real modes."""
@@ -129,10 +134,6 @@ class Matrices(Structure):
         """Return ``K r`` and ``C r``, as `Structure.ground_forces`, without the rounding of sums that cancel."""
         moved = exact(influence[:, None])
         return transformed(self.stiffness, moved).rounded[:, 0], transformed(self.damping, moved).rounded[:, 0]
-
-    def response(self, frequencies: Floats, forces: Complexes, row: Floats) -> Response:
-        """Return the steady response to forces ``Im(f e^{i w t})``, as `Structure.response`."""
-        return dense_response((self.mass, self.damping, self.stiffness), frequencies, forces, row)
 
     def undamped(self) -> Matrices:
         """Return the structure without damping."""
@@ -207,17 +208,20 @@ class Matrices(Structure):
         count = self.size
         return np.concatenate((rows[:, :count] @ self._root_of_stiffness, rows[:, count:] @ self._root_of_mass), axis=1)
 
-    def invariance_residual(self, columns: Floats, frequency_squared: Floats, decay: Floats) -> Floats:
-        """Return ``A X - X T`` in displacements and velocities, computed in double-double, shape (2N, 2N)."""
-        count = self.size
-        first, second = columns[:, 0::2], columns[:, 1::2]
-        products = product(-frequency_squared, second), add(product(-2.0 * decay, second), exact(first))  # X T
-        high, low = (np.stack(both, axis=2).reshape(columns.shape) for both in zip(*products, strict=True))
-        place, speed = exact(columns[:count]), exact(columns[count:])
-        moved_place, moved_speed = Pair(high[:count], low[:count]), Pair(high[count:], low[count:])
-        forces = add(transformed(self.stiffness, place), transformed(self.damping, speed))
-        momentum = add(forces, transformed(self.mass, moved_speed)).rounded
-        return np.concatenate((add(speed, negative(moved_place)).rounded, -self.solve_mass(momentum)))
+
+def elements_of(mass: Floats, damping: Floats, stiffness: Floats) -> Elements:
+    """Return the elements of matrices (N, N): one for every entry that is not 0 in one of them."""
+    rows, columns = np.nonzero((mass != 0.0) | (damping != 0.0) | (stiffness != 0.0))
+    ground = np.full(len(rows), len(mass))
+    return Elements(
+        stretched_by=np.column_stack((columns, ground)),
+        acts_on=np.column_stack((rows, ground)),
+        mass=mass[rows, columns],
+        damping=damping[rows, columns],
+        stiffness=stiffness[rows, columns],
+        reach=int(np.max(np.abs(rows - columns), initial=0)),
+        elongations=False,
+    )
 
 
 def _square(name: str, values: Matrix, count: int | None) -> Floats:

@@ -12,6 +12,8 @@ from abc import abstractmethod
 import numpy as np
 
 from grazemap_core.arrays import Booleans, Complexes, Floats
+from grazemap_core.model.kernels.elements import Elements, invariance_residual
+from grazemap_core.model.kernels.steady_response import steady_amplitudes
 from grazemap_core.records import ABC, NamedTuple
 
 
@@ -49,6 +51,11 @@ class Structure(ABC):
     def stiffness_matrix(self) -> Floats:
         """K, shape (N, N)."""
 
+    @property
+    @abstractmethod
+    def elements(self) -> Elements:
+        """The elements whose sum the structure is: given masses, dampings and stiffnesses."""
+
     def mass_norms(self, vectors: Floats) -> Floats:
         """Return ``sqrt(x^T M x)`` of every column of vectors (N, m), shape (m,)."""
         return np.asarray(np.sqrt(np.einsum("ij,ij->j", vectors, self.mass_matrix @ vectors)))
@@ -72,7 +79,6 @@ class Structure(ABC):
         A unit displacement of the ground moves the free structure by r = `influence`.
         """
 
-    @abstractmethod
     def response(self, frequencies: Floats, forces: Complexes, row: Floats) -> Response:
         """Return the steady response to forces ``Im(f e^{i w t})``, accurate also at sharp resonances.
 
@@ -85,6 +91,8 @@ class Structure(ABC):
         row : ndarray of shape (N,)
             The coordinate ``row x`` has an error of about one rounding.
         """
+        frequencies, row = np.ascontiguousarray(frequencies), np.ascontiguousarray(row)
+        return Response(*steady_amplitudes(self.elements, frequencies, np.ascontiguousarray(forces), row))
 
     @abstractmethod
     def undamped(self) -> Structure:
@@ -114,9 +122,14 @@ class Structure(ABC):
     def rows_of_states(self, rows: Floats) -> Floats:
         """Return rows (m, 2N) that act on weighted coordinates as rows that act on displacements and velocities."""
 
-    @abstractmethod
     def invariance_residual(self, columns: Floats, frequency_squared: Floats, decay: Floats) -> Floats:
         """Return ``A X - X T`` in coordinates, computed in double-double, shape (2N, 2N).
 
         T holds the companion blocks ``[[0, 1], [-frequency_squared, -2 decay]]``, and X is `columns`.
         """
+        count = self.size
+        residual, momentum = np.empty((2 * count, 2 * count)), np.empty((count, 2))
+        columns = np.ascontiguousarray(columns)
+        invariance_residual(self.elements, columns, frequency_squared, decay, momentum, residual)
+        residual[count:] = self.solve_mass(residual[count:])
+        return residual

@@ -4,6 +4,7 @@ The package finds the first zero of a polynomial in the Bernstein basis without 
 solutions of small linear systems in given memory, adds and multiplies unevaluated sums of two doubles, and finds the
 maxima of trigonometric polynomials.
 
+- `kernels.banded`: linear systems with a banded matrix.
 - `kernels.bernstein`: the first sign change of a polynomial on [0, 1].
 - `kernels.dense`: small linear systems.
 - `kernels.double_double`: arithmetic with about 32 digits.

@@ -145,8 +145,8 @@ def test_slow_modes_of_a_stiff_chain_would_lose_digits_without_the_refinement(mo
     # the checker above is worth something only if a plain Schur form fails it
     monkeypatch.setattr("grazemap_core.model.tolerances.MODAL_REFINEMENT_GOAL", np.inf)
     monkeypatch.setattr(
-        "grazemap_core.model.chain.invariance_residual",
-        lambda m, k, c, columns, *rest: np.zeros_like(columns),
+        "grazemap_core.model.structure.Structure.invariance_residual",
+        lambda chain, columns, *rest: np.zeros_like(columns),
     )
     with pytest.raises(AssertionError):
         test_exponents_of_a_very_stiff_chain_are_right_relative_to_themselves("per link")

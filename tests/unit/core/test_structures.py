@@ -278,6 +278,15 @@ def test_motions_that_grow_are_refused_by_name(name: str, stiffness: object, dam
         modal_model(Oscillator.of_structure(structure, [1.0, 0.0], [], 0.8))
 
 
+def test_an_equilibrium_that_refinement_does_not_find_is_unresolved(monkeypatch: pytest.MonkeyPatch) -> None:
+    oscillator = Oscillator.of_structure(Matrices.create(np.eye(2), np.eye(2)), [1.0, 0.0], [], 0.8, [1.0, 2.0])
+    assert equilibrium(oscillator).tolist() == [1.0, 2.0]
+    unresolved = (np.zeros((1, 2), np.complex128), np.zeros(1, np.complex128), np.zeros(1, np.bool_))
+    monkeypatch.setattr("grazemap_core.model.equilibrium.steady_amplitudes", lambda *_: unresolved)
+    with refused("bias"):
+        equilibrium(oscillator)
+
+
 def test_the_response_at_many_frequencies_takes_the_memory_of_some(monkeypatch: pytest.MonkeyPatch) -> None:
     oscillator = Oscillator.create(np.ones(64), np.ones(64), 0.05, np.ones(64), 0.8)
     omega = np.linspace(0.2, 3.0, 2**14)

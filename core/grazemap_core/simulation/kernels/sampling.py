@@ -12,11 +12,8 @@ from grazemap_core.contact.kernels.cells import Forced, flow_state, forced_part
 from grazemap_core.contact.kernels.runs import EVENT_COLUMNS, GRAZE, HALF, IMPACT, KIND, RELEASE, STOP, TIME, HeldRun
 from grazemap_core.contact.kernels.sticking_flow import held_motion, turn_to
 from grazemap_core.contact.kernels.stops import Stops, gap_of
-from grazemap_core.numerics.kernels.double_double import two_prod
+from grazemap_core.numerics.kernels.double_double import TWO_PI, Pair, divide, two_prod
 from grazemap_core.records import NamedTuple
-
-TURN_LOW = 2.4492935982947064e-16
-"""2 pi minus its rounding to a double."""
 
 
 class Moments(NamedTuple):
@@ -38,10 +35,7 @@ def split_times(times: Floats, omega: float) -> tuple[Integers, Floats]:
 
     The period is used with more digits than a double has, so that long times do not lose accuracy.
     """
-    turn = 2.0 * math.pi
-    period = turn / omega
-    product, error = two_prod(period, omega)
-    period_low = ((turn - product) - error + TURN_LOW) / omega
+    period, period_low = divide(TWO_PI, Pair(omega, 0.0))
     whole = np.empty(times.shape[0], dtype=np.int64)
     within = np.empty(times.shape[0])
     for n in range(times.shape[0]):
