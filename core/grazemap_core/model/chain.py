@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from grazemap_core.arrays import Floats
@@ -48,12 +50,12 @@ class Chain(Structure):
     @cached_property
     def stiffness_matrix(self) -> Floats:
         """K, shape (n, n), symmetric, tridiagonal and positive definite."""
-        return _of_links(self.stiffnesses, self.wall_stiffness)
+        return matrix_of_links(self.stiffnesses, self.wall_stiffness)
 
     @cached_property
     def damping_matrix(self) -> Floats:
         """C, shape (n, n), built from the links as K is."""
-        return _of_links(self.link_damping, self.wall_damping)
+        return matrix_of_links(self.link_damping, self.wall_damping)
 
     @cached_property
     def elements(self) -> Elements:
@@ -194,7 +196,10 @@ def _on_masses(forces: Floats) -> Floats:
     return forces - np.concatenate(([0.0], forces[:-1]))
 
 
-def _of_links(links: Floats, wall: float) -> Floats:
-    """Return the tridiagonal matrix of a chain whose last link goes to ground."""
+def matrix_of_links(links: NDArray[Any], wall: Any = 0) -> NDArray[Any]:
+    """Return the tridiagonal matrix (n, n) of a chain whose last link goes to ground.
+
+    Exact numbers in an array of objects give the exact matrix.
+    """
     diagonal = links + np.concatenate(([wall], links[:-1]))
     return np.diag(diagonal) - np.diag(links[:-1], 1) - np.diag(links[:-1], -1)

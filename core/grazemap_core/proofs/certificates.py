@@ -13,7 +13,7 @@ from grazemap.checker.reading import INPUTS, VARIED, fields
 from grazemap.checker.system import Inputs, Machine
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.stops import Clearance
-from grazemap_core.model.chain import Chain
+from grazemap_core.model.chain import Chain, matrix_of_links
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.records import NamedTuple, dataclass
 
@@ -94,7 +94,8 @@ def _matrices(oscillator: Oscillator) -> list[list[list[str]]]:
         links = [2 * zeta for zeta in _fractions(structure.link_damping / 2.0)]
     mass, size = _texts(structure.masses), structure.size
     diagonal = [[mass[i] if i == j else "0" for j in range(size)] for i in range(size)]
-    return [diagonal, _chain_matrix(links), _chain_matrix(stiffness)]
+    chains = (matrix_of_links(np.array(part)).tolist() for part in (links, stiffness))
+    return [diagonal, *([[str(entry) for entry in row] for row in chain] for chain in chains)]
 
 
 def _forcing(oscillator: Oscillator) -> list[Document]:
@@ -120,18 +121,6 @@ def _texts(values: Floats) -> list[str]:
 
 def _fractions(values: Floats) -> list[Fraction]:
     return [Fraction(text(value)) for value in np.asarray(values).tolist()]
-
-
-def _chain_matrix(links: list[Fraction]) -> list[list[str]]:
-    """Return the tridiagonal matrix of a chain whose last link goes to ground."""
-    size = len(links)
-    rows = [[Fraction(0)] * size for _ in range(size)]
-    for i, link in enumerate(links):
-        rows[i][i] += link
-        if i + 1 < size:
-            rows[i + 1][i + 1] += link
-            rows[i][i + 1] = rows[i + 1][i] = -link
-    return [[str(entry) for entry in row] for row in rows]
 
 
 def inputs(search: ProofSearch, request: Document) -> Document:

@@ -17,14 +17,13 @@ from grazemap.checker.system import System
 from grazemap_core.arrays import Floats
 from grazemap_core.proofs.certificates import Undecided
 from grazemap_core.records import NamedTuple
+from grazemap_core.simulation.tolerances import SHORTEST_FLIGHT
 
 TAYLOR_TERMS = 30
 SERIES_STEP = 2.0
 """Length of a step of the series, in units of the equations' or the forcing's time scale, the shorter."""
 SAMPLE_TIMES = np.linspace(0.0, 1.0, 65)
 POWERS = np.vander(SAMPLE_TIMES, TAYLOR_TERMS, increasing=True)
-SHORTEST_FLIGHT = 1e-6
-"""Time between two impacts, in periods of the forces, below which the contact is taken to come to rest by chatter."""
 BISECTIONS = 40
 """Halvings of the interval between two samples, to about the rounding of the series."""
 

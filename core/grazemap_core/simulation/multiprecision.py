@@ -20,47 +20,27 @@ from grazemap_core.contact.stops import Clearance, both_clearances, unit_of_stop
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.multiprecision_modes import ModalMotion, MotionEquations, RunError
-
-SAMPLES = 128
-"""Samples of the motion that are taken at once."""
-SAMPLE_ANGLE = 0.1
-"""Time between two samples, in units of 1 over the largest modulus of an exponent."""
-PARTS = 16
-"""Number of parts into which an interval between samples is divided where a contact is possible."""
-FINEST_ANGLE = 1e-6
-"""Length of an interval, in the same units, below which full precision decides: over it the gap differs from a straight
-line by about `ROUNDING`."""
-ROUNDING = 1e-13
-"""Error of a displacement in double precision, in units of the sum of the moduli of its terms."""
-MOST_ROUNDING = 1e-3
-"""Limit of this error, in units of `Stops.unit`: a larger one would not exclude contacts at too many samples."""
-LONGEST_ANGLE = 100.0
-"""Time since the origin of the exponentials, in the same units, after which the origin moves."""
-HALVINGS = 20
-"""Number of halvings of an interval shorter than FINEST_ANGLE around a slow impact, before Newton's method."""
-NEWTON_STEPS = 60
-"""Maximum number of steps of Newton's method; it needs many only beside a graze."""
-SPARE_BITS = 24
-"""Bits by which a solved time may be less accurate than the arithmetic."""
-FIRST_BITS = 128
-"""Least precision of the first step of Newton's method, and precision of states that are rounded to doubles."""
-BOUNCE_ANGLE = 1e-4
-"""Time of a flight back to the stop, in the same units, below which it follows from velocity and acceleration."""
-SHORTEST_FLIGHT = 1e-6
-"""Time between two impacts on one stop, in forcing periods, below which they are those of a chatter."""
-CHATTER_BITS = 1 / 3
-"""A chatter is followed until a flight of t forcing periods has t < 2^(-bits/3). The rest, left out, costs about t^2,
-and rounding about 2^-bits/t; the exponent makes these equal."""
-MOST_RESTS = 100
-"""Number of rests on a stop after which a run ends: orbits with rests are not verified, so nothing is decided later."""
-SAME_BITS = 60
-"""Impacts whose times differ by less than 2^-SAME_BITS forcing periods are the same."""
-LAST_IMPACTS = 8
-"""Number of last impacts that show to how many bits a run is known."""
-IMPACT_BITS = 1000
-"""Bits that count in addition for every impact, for the work that does not depend on the precision."""
-MODES_PER_IMPACT = 9
-"""N^3 over this is the number of impacts that take as long as computing the modes of N masses."""
+from grazemap_core.simulation.tolerances import (
+    BOUNCE_ANGLE,
+    CHATTER_BITS,
+    COARSE_BITS,
+    CONTACT_HALVINGS,
+    CONTACT_NEWTON_STEPS,
+    FINEST_ANGLE,
+    IMPACT_BITS,
+    LAST_IMPACTS,
+    LONGEST_ANGLE,
+    MODES_PER_IMPACT,
+    MOST_RESTS,
+    MOST_SUM_ROUNDING,
+    SAME_BITS,
+    SAMPLE_ANGLE,
+    SAMPLE_PARTS,
+    SAMPLES_AT_ONCE,
+    SHORTEST_FLIGHT,
+    SOLVED_BITS_LESS,
+    SUM_ROUNDING,
+)
 
 TOO_CLOSE_TO_GRAZE = "an impact is too close to a graze"
 
@@ -144,13 +124,13 @@ class MultiprecisionRun:
             self._gaps = {
                 stop: (c - stop * equations.contact_equilibrium).mid() for stop, c in clearances if math.isfinite(c)
             }
-            self._modes = self._free = equations.free(self._omega)
-            self._held = dict[int, ModalMotion]()
-            self._take(0)
+            self._modes = self._free_modes = equations.free(self._omega)
+            self._held_modes = dict[int, ModalMotion]()
+            self._set_regime(0)
             start = equations.from_equilibrium(state)
             size = oscillator.size
             self._require_between(*(equations.contact_of(part) for part in (start[:size], start[size:])))
-            amplitudes = self._free.amplitudes(start, self._phase)
+            amplitudes = self._free_modes.amplitudes(start, self._phase)
         self._equilibrium = np.array([[float(x) for x in equations.equilibrium], [0.0] * size])
         self.states = [self._equilibrium if state is None else state]
         self._begin(arb(0), amplitudes, 0, 0.0)
@@ -161,15 +141,15 @@ class MultiprecisionRun:
             if not stop * place < gap and not (stop * place == gap and stop * velocity < 0):
                 raise RunError("the contact starts on a stop or beyond it")
 
-    def _take(self, held: int) -> None:
+    def _set_regime(self, held: int) -> None:
         """Go on with the contact free, or held on a stop."""
-        self._on = held
-        if held and held not in self._held:
-            self._held[held] = self._equations.held(self._omega, held * self._gaps[held])
-        self._modes = self._held[held] if held else self._free
+        self._held_stop = held
+        if held and held not in self._held_modes:
+            self._held_modes[held] = self._equations.held(self._omega, held * self._gaps[held])
+        self._modes = self._held_modes[held] if held else self._free_modes
         self._levels = {held: arb(0)} if held else self._gaps
         self._distances = {stop: float(gap) for stop, gap in self._levels.items()}
-        self._grid = SAMPLE_ANGLE / self._modes.fastest * np.arange(SAMPLES + 1)
+        self._grid = SAMPLE_ANGLE / self._modes.fastest * np.arange(SAMPLES_AT_ONCE + 1)
         self._longest = LONGEST_ANGLE / self._modes.fastest + 2.0 * float(self._grid[-1])
         self._table = np.exp(np.outer(self._grid, self._modes.rates))
 
@@ -177,7 +157,7 @@ class MultiprecisionRun:
         """Continue with so many bits if these are fewer, as where an error has reached the other ones."""
         self._bits = min(bits, self._bits)
         with ctx.workprec(self._bits):
-            for modes in (self._free, *self._held.values()):
+            for modes in (self._free_modes, *self._held_modes.values()):
                 modes.reduce()
 
     def run(self, periods: int) -> None:
@@ -185,22 +165,22 @@ class MultiprecisionRun:
         with ctx.workprec(self._bits):
             while len(self.states) <= periods and not self.ended:
                 try:
-                    self._go_on()
+                    self._advance()
                 except RunError as error:
                     self.ended = str(error)
 
-    def _go_on(self) -> None:
+    def _advance(self) -> None:
         """Continue to the next impact or release or to the end of the forcing period, whichever is first."""
         end = self._length * len(self.states) - self._time
         while self._contact is None and self._searched <= float(end):
             self._search()
             end = self._length * len(self.states) - self._time
         if self._contact is not None and self._contact.time < end:
-            (self._release if self._on else self._strike)(self._contact)
+            (self._release if self._held_stop else self._impact)(self._contact)
             return
-        with ctx.workprec(FIRST_BITS):
-            state = self._modes.vectors * self._exponentials(end)
-            self.states.append(self._equilibrium + np.array([float(x.real) for x in state.entries()]).reshape(2, -1))
+        with ctx.workprec(COARSE_BITS):
+            state = self._modes.state(self._exponentials(end))
+            self.states.append(self._equilibrium + np.array([float(x) for x in state]).reshape(2, -1))
 
     def _begin(self, time: arb, amplitudes: list[acb], left: int, away: float, order: int = 1) -> None:
         """Move the origin of the exponentials; the contact may just have left a stop.
@@ -213,16 +193,12 @@ class MultiprecisionRun:
         terms = modes.terms(amplitudes, self._longest)
         bounds = modes.bounds(terms, self._longest)
         place, bend = bounds[0], bounds[2]
-        if ROUNDING * place > MOST_ROUNDING * self._between(place):
+        right, other = (self._distances.get(stop, math.inf) for stop in (1, -1))
+        if SUM_ROUNDING * place > MOST_SUM_ROUNDING * float(unit_of_stops(right, other, place)):
             raise RunError("double precision does not locate the contacts, as near an undamped resonance")
-        self._flight = _Flight(terms, bend, ROUNDING * place, left, away / bounds[order + 1])
+        self._flight = _Flight(terms, bend, SUM_ROUNDING * place, left, away / bounds[order + 1])
         if left and order == 1:
             self._contact = self._bounce(left, float(bounds[3]))
-
-    def _between(self, place: float) -> float:
-        """Return the unit of the stops, as `Stops.unit`, for a bound of q."""
-        right, left = (self._distances.get(stop, math.inf) for stop in (1, -1))
-        return float(unit_of_stops(right, left, place))
 
     def _bounce(self, stop: int, change: float) -> _PreciseContact | None:
         """Return the next contact with the stop that was just left, if velocity and acceleration decide it.
@@ -237,7 +213,7 @@ class MultiprecisionRun:
         space = sum(self._distances.values()) if len(self._distances) == 2 else math.inf
         if float(near) * self._modes.fastest > BOUNCE_ANGLE or 4.0 * float(near) * change > float(toward):
             return None
-        return self._polished(near, near, stop) if 2.0 * float(speed * speed / toward) < space else None
+        return self._refine(near, near, stop) if 2.0 * float(speed * speed / toward) < space else None
 
     def _exponentials(self, time: arb) -> acb_mat:
         """Return the values of the exponentials a time after the origin."""
@@ -247,13 +223,13 @@ class MultiprecisionRun:
         """Return what is observed, and its first two derivatives, a time after the origin."""
         return [x.real.mid() for x in (self._modes.outputs * self._exponentials(time)).entries()]
 
-    def _strike(self, contact: _PreciseContact) -> None:
+    def _impact(self, contact: _PreciseContact) -> None:
         """Go to the state after an impact."""
         stop, time, before = contact
         now, restitution = (self._time + time).mid(), self._restitution[stop]
-        speed = (self._free.outputs * before)[1, 0].real
+        speed = (self._free_modes.outputs * before)[1, 0].real
         jump = (1 + restitution) * speed
-        after = [(a - kick * jump).mid() for a, kick in zip(before.entries(), self._free.kicks, strict=True)]
+        after = [(a - kick * jump).mid() for a, kick in zip(before.entries(), self._free_modes.kicks, strict=True)]
         chatters = stop == self._flight.left and float(time) < SHORTEST_FLIGHT * self.period
         if not chatters:
             self.impacts.append(PreciseImpact(stop, now))
@@ -266,17 +242,17 @@ class MultiprecisionRun:
     def _rest(self, stop: int, time: arb, amplitudes: list[acb]) -> None:
         """Come to rest on a stop at the end of a chatter, or after an impact without rebound, if pressed against it."""
         restitution, equations = self._restitution[stop], self._equations
-        _, speed, _ = (x.real for x in (self._free.outputs * acb_mat([[a] for a in amplitudes])).entries())
-        state = [x.real.mid() for x in (self._free.vectors * acb_mat([[a] for a in amplitudes])).entries()]
+        values = acb_mat([amplitudes]).transpose()
+        speed, state = (self._free_modes.outputs * values)[1, 0].real, self._free_modes.state(values)
         size, off = len(equations.contact), equations.contact_of
         for part, value in ((0, stop * self._gaps[stop]), (size, arb(0))):
             moved = value - off(state[part : part + size])
             for i, a in enumerate(equations.jump):
                 state[part + i] = (state[part + i] + a * moved).mid()
         angle = (self._omega * time + self._phase).mid()
-        self._take(stop)
+        self._set_regime(stop)
         held = self._modes.amplitudes(state, angle)
-        pressing = -stop * (self._modes.outputs * acb_mat([[a] for a in held]))[0, 0].real
+        pressing = -stop * (self._modes.outputs * acb_mat([held]).transpose())[0, 0].real
         if pressing > 0 and restitution < 1:
             rest = time + 2 * abs(speed) / (pressing * (1 - restitution))
             self.impacts.append(PreciseImpact(stop, rest.mid()))
@@ -287,21 +263,21 @@ class MultiprecisionRun:
             return
         if restitution > 0 or not pressing < 0:
             raise RunError("a chatter is incomplete")
-        self._take(0)
-        self._begin(time, self._free.amplitudes(state, angle), stop, -float(pressing), 2)
+        self._set_regime(0)
+        self._begin(time, self._free_modes.amplitudes(state, angle), stop, -float(pressing), 2)
 
     def _release(self, contact: _PreciseContact) -> None:
         """Leave a stop on which the contact rested."""
         stop, time, values = contact
         now = (self._time + time).mid()
         slope = stop * (self._modes.outputs * values)[1, 0].real
-        state = [x.real.mid() for x in (self._modes.vectors * values).entries()]
+        state = self._modes.state(values)
         if not slope > 0:
             raise RunError("a rest ends with a force that hardly changes")
         self.impacts.append(PreciseImpact(stop, now))
-        self._take(0)
+        self._set_regime(0)
         angle = (self._omega * now + self._phase).mid()
-        self._begin(now, self._free.amplitudes(state, angle), stop, float(slope), 3)
+        self._begin(now, self._free_modes.amplitudes(state, angle), stop, float(slope), 3)
 
     def _search(self) -> None:
         """Find the first contact among the next samples, or go past them."""
@@ -309,20 +285,22 @@ class MultiprecisionRun:
         turned = np.exp(self._modes.rates * self._searched)
         parts = [(self._table @ (terms[:2] * turned).T).real for terms in self._flight.terms]
         motion = _polynomial(times[:, None], parts)
-        near = self._among(times, motion)
+        near = self._first_among(times, motion)
         self._searched = float(times[-1])
         if near is not None:
-            self._contact = self._solved(*near)
+            self._contact = self._solve(*near)
         elif self._searched * self._modes.fastest > LONGEST_ANGLE:
             moved = arb(self._searched)
             self._begin((self._time + moved).mid(), self._exponentials(moved).entries(), 0, 0.0)
 
-    def _among(self, times: Floats, motion: Floats) -> tuple[arb, int] | None:
+    def _first_among(self, times: Floats, motion: Floats) -> tuple[arb, int] | None:
         """Return the approximate time and the stop of the first contact among samples of displacement and velocity."""
         gaps = np.min([gap - stop * motion[:, 0] for stop, gap in self._distances.items()], axis=0)
         near = gaps <= self._margin(times[1] - times[0])
         for i in np.flatnonzero(near[:-1] | near[1:]):
-            times_of_stops = [(self._of_stop(stop, times[i : i + 2], motion[i : i + 2]), stop) for stop in self._levels]
+            times_of_stops = [
+                (self._contact_between(stop, times[i : i + 2], motion[i : i + 2]), stop) for stop in self._levels
+            ]
             contacts = [(time, stop) for time, stop in times_of_stops if time is not None]
             if contacts:
                 return min(contacts, key=lambda contact: float(contact[0]))
@@ -332,7 +310,7 @@ class MultiprecisionRun:
         """Return by how much the gap may be smaller between two samples than at them."""
         return self._flight.bend * width * width / 8.0 + self._flight.rounding
 
-    def _of_stop(self, stop: int, times: Floats, motion: Floats) -> arb | None:
+    def _contact_between(self, stop: int, times: Floats, motion: Floats) -> arb | None:
         """Return the approximate time of the first contact with a stop between two samples; None if there is none."""
         flight, width = self._flight, times[1] - times[0]
         low, high = max(times[0], flight.start) if stop == flight.left else times[0], times[1]
@@ -342,11 +320,11 @@ class MultiprecisionRun:
         if gaps[0] > flight.rounding and gaps[1] < -flight.rounding and slopes.max() + 0.5 * flight.bend * width < 0.0:
             return arb(brentq(self._gap, low, high, (stop,), xtol=1e-15 * high, rtol=1e-15))
         if width * self._modes.fastest < FINEST_ANGLE:
-            return self._decided(stop, low, high)
-        parts = np.linspace(low, high, PARTS + 1)
+            return self._decide(stop, low, high)
+        parts = np.linspace(low, high, SAMPLE_PARTS + 1)
         table = np.exp(np.outer(parts, self._modes.rates))
         motion = _polynomial(parts[:, None], [(table @ terms[:2].T).real for terms in flight.terms])
-        contact = self._among(parts, motion)
+        contact = self._first_among(parts, motion)
         return contact[0] if contact is not None and contact[1] == stop else None
 
     def _gap(self, time: float, stop: int) -> float:
@@ -355,7 +333,7 @@ class MultiprecisionRun:
             total = total * time + float((turned @ terms[0]).real)
         return self._distances[stop] - stop * total
 
-    def _decided(self, stop: int, low: float, high: float) -> arb | None:
+    def _decide(self, stop: int, low: float, high: float) -> arb | None:
         """Return the approximate time of a contact in a very short interval, by full precision; None if there is none.
 
         The interval is widened by twice its length on both sides. Raises RunError.
@@ -372,7 +350,7 @@ class MultiprecisionRun:
         beyond = [bool(stop * self._motion(time)[0] >= gap) for time in (begin, end)]
         if beyond != [False, True]:
             return None
-        for _ in range(HALVINGS):
+        for _ in range(CONTACT_HALVINGS):
             middle = ((begin + end) / 2).mid()
             begin, end = (begin, middle) if stop * self._motion(middle)[0] >= gap else (middle, end)
         return end
@@ -385,7 +363,7 @@ class MultiprecisionRun:
         time = near.mid()
         if not abs(self._motion(time)[1]) <= 2.0 * width * self._flight.bend:
             return None
-        for _ in range(NEWTON_STEPS):
+        for _ in range(CONTACT_NEWTON_STEPS):
             _, speed, bend = self._motion(time)
             step = (speed / bend).mid()
             time = (time - step).mid()
@@ -397,21 +375,21 @@ class MultiprecisionRun:
 
     @property
     def _accuracy(self) -> arb:
-        return arb(2) ** (SPARE_BITS - self._bits) / self._modes.fastest
+        return arb(2) ** (SOLVED_BITS_LESS - self._bits) / self._modes.fastest
 
-    def _solved(self, near: arb, stop: int) -> _PreciseContact:
+    def _solve(self, near: arb, stop: int) -> _PreciseContact:
         """Return the contact near a time, by Newton's method with more and more bits."""
         time, place = near, stop * self._levels[stop]
-        for halved in range((self._bits // FIRST_BITS).bit_length() - 1, 0, -1):
+        for halved in range((self._bits // COARSE_BITS).bit_length() - 1, 0, -1):
             with ctx.workprec(self._bits >> halved):
                 here, speed, _ = self._motion(time)
                 time = (time - (here - place) / speed).mid()
-        return self._polished(time, near, stop)
+        return self._refine(time, near, stop)
 
-    def _polished(self, time: arb, near: arb, stop: int) -> _PreciseContact:
+    def _refine(self, time: arb, near: arb, stop: int) -> _PreciseContact:
         """Return the contact near a time, by Newton's method at full precision."""
         values, place = self._exponentials(time), stop * self._levels[stop]
-        for _ in range(NEWTON_STEPS):
+        for _ in range(CONTACT_NEWTON_STEPS):
             here, speed, bend = (x.real for x in (self._modes.outputs * values).entries())
             step = ((place - here) / speed).mid()
             time = (time + step).mid()
@@ -442,6 +420,6 @@ def same_impacts(run: MultiprecisionRun, other: MultiprecisionRun) -> bool:
 def known_bits(run: MultiprecisionRun, other: MultiprecisionRun) -> float:
     """Return to how many bits of a forcing period the last of the same impacts of two runs agree."""
     pairs = zip(run.impacts[-LAST_IMPACTS:], other.impacts[-LAST_IMPACTS:], strict=True)
-    with ctx.workprec(FIRST_BITS):
+    with ctx.workprec(COARSE_BITS):
         apart = [abs(a.time - b.time) / run.period for a, b in pairs]
         return min((-float(x.log()) / math.log(2.0) for x in apart if x != 0), default=math.inf)

@@ -20,7 +20,7 @@ from scipy.linalg import qr
 from scipy.sparse.csgraph import connected_components
 
 from grazemap_core.arrays import Complexes, Floats
-from grazemap_core.model.chain import Chain
+from grazemap_core.model.chain import Chain, matrix_of_links
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.tolerances import (
@@ -60,14 +60,14 @@ class MotionEquations:
         self._oscillator = oscillator
         self._mass, self._damping, self._stiffness = _matrices(oscillator)
         self.contact = [arb(h) for h in oscillator.contact.tolist()]
-        response = self._mass.solve(arb_mat([[h] for h in self.contact]))
-        contact_response = self.contact_of(response.entries())
-        self.jump = [x / contact_response for x in response.entries()]
+        self._response = self._mass.solve(arb_mat([self.contact]).transpose()).entries()
+        contact_response = self.contact_of(self._response)
+        self.jump = [x / contact_response for x in self._response]
         bias = oscillator.bias.tolist()
         self.equilibrium = [arb(0)] * len(bias)
         if any(bias):
             try:
-                self.equilibrium = self._stiffness.solve(arb_mat([[arb(s)] for s in bias])).entries()
+                self.equilibrium = self._stiffness.solve(arb_mat([bias]).transpose()).entries()
             except ZeroDivisionError:
                 raise RunError("a free structure under a bias has no single equilibrium") from None
         self.contact_equilibrium = self.contact_of(self.equilibrium)
@@ -86,10 +86,15 @@ class MotionEquations:
     def free(self, omega: arb) -> ModalMotion:
         """Return the motion between the stops; q is observed. Raises RunError."""
         n = len(self.contact)
-        identity = arb_mat([[arb(int(i == j)) for j in range(n)] for i in range(n)])
-        modes = _modes(self._mass, self._damping, self._stiffness)
-        harmonics = [(order, column) for order, column, _ in self._harmonics(omega, identity)]
-        return ModalMotion(modes, identity, list(range(n)), harmonics, omega, self._observe_contact, self.jump)
+        identity = arb_mat([[int(i == j) for j in range(n)] for i in range(n)])
+        matrices = self._mass, self._damping, self._stiffness
+        modes = _modes(*matrices)
+        harmonics = [(order, column) for order, column, _ in self._harmonics(omega, identity, *matrices)]
+
+        def output_of(column: list[acb], order: int | None) -> Any:
+            return self.contact_of(column[:n])
+
+        return ModalMotion(modes, identity, list(range(n)), harmonics, omega, output_of, self.jump)
 
     def held(self, omega: arb, held_at: arb) -> ModalMotion:
         """Return the motion with the contact held at a distance from the equilibrium.
@@ -106,7 +111,7 @@ class MotionEquations:
         across = basis.transpose()
         mass, damping, stiffness = (across * matrix * basis for matrix in (self._mass, self._damping, self._stiffness))
         modes = _modes(mass, damping, stiffness)
-        jump = arb_mat([[x] for x in self.jump])
+        jump = arb_mat([self.jump]).transpose()
         resting = jump * held_at
         if others:
             try:
@@ -114,27 +119,26 @@ class MotionEquations:
             except ZeroDivisionError:
                 raise RunError("the held structure has no single equilibrium") from None
         steady = [(0, [acb(x) for x in resting.entries()] + [acb(0)] * n, [acb(0)] * n)]
-        steady += self._harmonics(omega, basis)
+        steady += self._harmonics(omega, basis, mass, damping, stiffness)
         forces: dict[int | None, list[acb]] = {order: pushed for order, _, pushed in steady}
-        row = self._mass.solve(arb_mat([[h] for h in self.contact])).transpose()
-        spring, drag = (list((row * matrix).entries()) for matrix in (self._stiffness, self._damping))
+        row = arb_mat([self._response])
+        spring, drag = ((row * matrix).entries() for matrix in (self._stiffness, self._damping))
 
         def output_of(column: list[acb], order: int | None) -> acb:
             terms = zip((*spring, *drag), column, strict=True)
-            force = zip(row.entries(), forces.get(order, ()), strict=order in forces)
+            force = zip(self._response, forces.get(order, ()), strict=order in forces)
             return sum((r * x for r, x in terms), acb(0)) - sum((r * f for r, f in force), acb(0))
 
         harmonics = [(order, column) for order, column, _ in steady]
         return ModalMotion(modes, basis, others, harmonics, omega, output_of, None)
 
-    def _observe_contact(self, column: list[acb], order: int | None) -> Any:
-        return self.contact_of(column[: len(self.contact)])
-
-    def _harmonics(self, omega: arb, basis: arb_mat) -> list[tuple[int, list[acb], list[acb]]]:
+    def _harmonics(
+        self, omega: arb, basis: arb_mat, mass: arb_mat, damping: arb_mat, stiffness: arb_mat
+    ) -> list[tuple[int, list[acb], list[acb]]]:
         """Return order k, state and forces of every harmonic, to be multiplied by e^{i k omega t}.
 
-        The real parts are the forces, and the steady motion of displacements in the space of the columns of `basis`.
-        Raises RunError.
+        The real parts are the forces, and the steady motion of displacements in the space of the columns of `basis`, to
+        which the matrices belong. Raises RunError.
         """
         across, harmonics = basis.transpose(), []
         for harmonic in self._oscillator.forces:
@@ -143,10 +147,9 @@ class MotionEquations:
             forces = [a + acb(0, 1) * s * b + s * s * c for a, b, c in zip(*parts, strict=True)]
             amplitudes = [acb(0)] * len(forces)
             if basis.ncols():
-                mass, damping, stiffness = (across * m * basis for m in (self._mass, self._damping, self._stiffness))
                 dynamic = acb_mat(stiffness) - acb_mat(mass) * (s * s) + acb_mat(damping) * acb(0, s)
                 try:
-                    solved = dynamic.solve(acb_mat(across) * acb_mat([[f] for f in forces]))
+                    solved = dynamic.solve(acb_mat(across) * acb_mat([forces]).transpose())
                 except ZeroDivisionError:
                     raise RunError("there is no steady motion") from None
                 amplitudes = list((acb_mat(basis) * solved).entries())
@@ -244,12 +247,16 @@ class ModalMotion:
             rest = [x - (s * turn).real for x, s in zip(rest, column, strict=True)]
         return self._mode_amplitudes(rest) + [turn.mid() for turn in turns]
 
+    def state(self, amplitudes: acb_mat) -> list[arb]:
+        """Return displacements, then velocities, (2 N,), where the exponentials have the given amplitudes (m, 1)."""
+        return [x.real.mid() for x in (self.vectors * amplitudes).entries()]
+
     def after(self, time: arb, amplitudes: list[acb]) -> acb_mat:
         """Return the amplitudes (m, 1) that the given ones become after a time."""
         values = amplitudes
         for columns, coupling in self._couplings:
             values = values.copy()
-            turned = (coupling * time).exp() * acb_mat([[amplitudes[j]] for j in columns])
+            turned = (coupling * time).exp() * acb_mat([[amplitudes[j] for j in columns]]).transpose()
             for j, value in zip(columns, turned.entries(), strict=True):
                 values[j] = value
         return acb_mat([[((x * time).exp() * a).mid()] for x, a in zip(self.exponents, values, strict=True)])
@@ -286,7 +293,7 @@ class ModalMotion:
         """Return E times amplitudes, over a divisor."""
         coupled = [acb(0)] * len(values)
         for columns, coupling in self._couplings:
-            product = coupling * acb_mat([[values[j]] for j in columns])
+            product = coupling * acb_mat([[values[j] for j in columns]]).transpose()
             for j, value in zip(columns, product.entries(), strict=True):
                 coupled[j] = (value / divisor).mid()
         return coupled
@@ -303,7 +310,7 @@ class ModalMotion:
     def _mode_amplitudes(self, state: list[arb]) -> list[acb]:
         if not self._others:
             return []
-        return [x.mid() for x in (self._inverse * acb_mat([[state[i]] for i in self._others])).entries()]
+        return [x.mid() for x in (self._inverse * acb_mat([[state[i] for i in self._others]]).transpose()).entries()]
 
     def reduce(self) -> None:
         """Round the numbers with which a motion goes on to the precision of the context.
@@ -404,27 +411,11 @@ def _matrices(oscillator: Oscillator) -> tuple[arb_mat, arb_mat, arb_mat]:
     """Return mass, damping and stiffness matrix."""
     structure = oscillator.structure
     if not isinstance(structure, Chain):
-        mass, damping, stiffness = (
-            arb_mat([[arb(x) for x in row] for row in matrix.tolist()])
-            for matrix in (structure.mass_matrix, structure.damping_matrix, structure.stiffness_matrix)
-        )
+        matrices = (structure.mass_matrix, structure.damping_matrix, structure.stiffness_matrix)
+        mass, damping, stiffness = (arb_mat(matrix.tolist()) for matrix in matrices)
         return mass, damping, stiffness
     links, dampers = ([arb(x) for x in part.tolist()] for part in (structure.stiffnesses, structure.link_damping))
     if structure.gamma is not None:
         dampers = [2 * arb(structure.gamma) * k for k in links]
-    mass = arb_mat(len(links), len(links))
-    for i, m in enumerate(structure.masses.tolist()):
-        mass[i, i] = arb(m)
-    return mass, _chain_matrix(dampers), _chain_matrix(links)
-
-
-def _chain_matrix(links: Sequence[arb]) -> arb_mat:
-    """Return the tridiagonal matrix of a chain whose last link goes to ground."""
-    size = len(links)
-    matrix = arb_mat(size, size)
-    for i, link in enumerate(links):
-        matrix[i, i] = matrix[i, i] + link
-        if i + 1 < size:
-            matrix[i + 1, i + 1] = link
-            matrix[i, i + 1] = matrix[i + 1, i] = -link
-    return matrix
+    damping, stiffness = (arb_mat(matrix_of_links(np.array(part)).tolist()) for part in (dampers, links))
+    return arb_mat(structure.mass_matrix.tolist()), damping, stiffness

@@ -37,6 +37,10 @@ GRAZE_SPEED_RATIO: Final = 4.0
 """Square of the slowest impact speed (in units of omega * clearance) over the distance to an orbit, up to which it is
 uncertain whether the orbit touches the stop. Such an orbit is not used."""
 
+MIN_SAFE_SQUARE: Final = 1e-280
+"""Sums of squares below this, or above its inverse, may have lost digits by underflow or overflow: a square that is
+EPSILON of the sum is then still a normal number, above 2e-308."""
+
 RANK_ROUNDING: Final = 64.0 * EPSILON
 """Relative residual of a perturbation after projection on the others up to which it is in their span: round-off."""
 
@@ -93,6 +97,12 @@ ROWS_OF_RESULT: Final = 2
 """Bytes of the record's rows, which have the states after the events, over the bytes that its events may take in a
 result. With few masses the latter are fewer; with many masses this bounds the memory of a run."""
 
+PANEL_REACH: Final = 2.0
+"""Length of a panel, over which an output has one Taylor series, times the largest exponent or frequency."""
+
+PANEL_DEGREE: Final = 22
+"""Degree of the series in a panel; the first term that is left out is PANEL_REACH^23/23! = 3e-16."""
+
 PEAK_ACCURACY: Final = 1e-14
 """Accuracy of the peak of an output, relative to the sum of the moduli of its terms; round-off is a few EPSILON of it.
 A value found by bisection differs from the peak in second order, so this costs about twenty bisections."""
@@ -129,3 +139,64 @@ many, for which twice the bits are enough."""
 NEGLIGIBLE_TERM: Final = 2.0**-100
 """Part of the largest term of a polynomial of time below which its terms are left out. Double precision shows 2^-53 of
 a sum; the terms are compared in coordinates of different units."""
+
+SAMPLES_AT_ONCE: Final = 128
+"""Samples of a motion that are taken at once in multi-precision arithmetic, from one table of exponentials."""
+
+SAMPLE_ANGLE: Final = 0.1
+"""Time between two samples, in units of 1 over the largest modulus of an exponent. Between two samples a gap is smaller
+than at them by at most a thousandth of the size of the motion."""
+
+SAMPLE_PARTS: Final = 16
+"""Number of parts into which an interval between samples is divided where a contact is possible."""
+
+FINEST_ANGLE: Final = 1e-6
+"""Length of an interval, in the same units, below which full precision decides: over it the gap differs from a straight
+line by about SUM_ROUNDING."""
+
+SUM_ROUNDING: Final = 1e-13
+"""Error of a displacement in double precision, in units of the sum of the moduli of its terms."""
+
+MOST_SUM_ROUNDING: Final = 1e-3
+"""Limit of this error, in units of `Stops.unit`: a larger one would not exclude contacts at too many samples."""
+
+LONGEST_ANGLE: Final = 100.0
+"""Time since the origin of the exponentials, in the same units, after which the origin moves: the rounding of the
+arguments of the exponentials, 1e-16 of them, stays below SUM_ROUNDING."""
+
+CONTACT_HALVINGS: Final = 20
+"""Number of halvings of an interval shorter than FINEST_ANGLE around a slow impact, before Newton's method."""
+
+CONTACT_NEWTON_STEPS: Final = 60
+"""Maximum number of steps of Newton's method for the time of a contact; it needs many only beside a graze."""
+
+SOLVED_BITS_LESS: Final = 24
+"""Bits by which a solved time may be less accurate than the arithmetic."""
+
+COARSE_BITS: Final = 128
+"""Least precision of the first step of Newton's method, and precision of states that are rounded to doubles."""
+
+BOUNCE_ANGLE: Final = 1e-4
+"""Time of a flight back to the stop, in the same units, below which it follows from velocity and acceleration."""
+
+SHORTEST_FLIGHT: Final = 1e-6
+"""Time between two impacts on one stop, in forcing periods, below which they are those of a chatter."""
+
+CHATTER_BITS: Final = 1 / 3
+"""A chatter is followed until a flight of t forcing periods has t < 2^(-bits/3). The rest, left out, costs about t^2,
+and rounding about 2^-bits/t; the exponent makes these equal."""
+
+MOST_RESTS: Final = 100
+"""Number of rests on a stop after which a run ends: orbits with rests are not verified, so nothing is decided later."""
+
+SAME_BITS: Final = 60
+"""Impacts whose times differ by less than 2^-SAME_BITS forcing periods are the same."""
+
+LAST_IMPACTS: Final = 8
+"""Number of last impacts that show to how many bits a run is known."""
+
+IMPACT_BITS: Final = 1000
+"""Bits that count in addition for every impact, for the work that does not depend on the precision."""
+
+MODES_PER_IMPACT: Final = 9
+"""N^3 over this is the number of impacts that take as long as computing the modes of N masses."""

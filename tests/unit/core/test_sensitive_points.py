@@ -24,15 +24,13 @@ from grazemap_core.model.drive import force
 from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.multiprecision import (
-    LONGEST_ANGLE,
-    ROUNDING,
-    SHORTEST_FLIGHT,
     MultiprecisionRun,
     PreciseImpact,
     known_bits,
     same_impacts,
 )
 from grazemap_core.simulation.multiprecision_modes import MotionEquations
+from grazemap_core.simulation.tolerances import LONGEST_ANGLE, SHORTEST_FLIGHT, SUM_ROUNDING
 from tests.oracles.fifty_digits import digits
 from tests.oracles.general_oracle import GeneralOracle
 from tests.slow.resolved_points import ONE_MASS, SENSITIVE, exact_label, general_points, late_points, resolved_point
@@ -212,7 +210,7 @@ def test_double_precision_shows_the_sums_of_equal_exponents(name):
                 exact = [float(x.real) for x in (motion.outputs * motion.after(arb(time), amplitudes)).entries()]
                 turned = np.exp(motion.rates * time)
                 shown = sum(((term[:3] @ turned).real * time**power for power, term in enumerate(terms)), np.zeros(3))
-                assert np.all(np.abs(exact - shown) <= ROUNDING * bounds[:3])
+                assert np.all(np.abs(exact - shown) <= SUM_ROUNDING * bounds[:3])
                 assert np.all(np.abs(exact) <= bounds[:3])
 
 
@@ -294,7 +292,7 @@ def test_only_the_sensitive_trajectories_of_a_grid_are_replaced(point, multiplie
     sensitive = np.zeros((2, 2, 1), dtype=bool)
     sensitive[0, 1, 0] = True
     plane = Plane.of(point.oscillator, omega, clearance)
-    resolved = resolve_grid(plane, task, sensitive, codes, figures)
+    resolved = resolve_grid(PlaneRunner(plane, task), sensitive, codes, figures)
     np.testing.assert_array_equal(resolved, sensitive)
     for after, was in zip((codes, figures), before, strict=True):
         np.testing.assert_array_equal(after[:, ~sensitive], was[:, ~sensitive])
