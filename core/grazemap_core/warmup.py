@@ -70,7 +70,7 @@ def _orbits(oscillator: Oscillator) -> None:
     from grazemap_core.orbits.periodic_orbits import periodic_orbit
     from grazemap_core.orbits.search import explicit_sequences, sequence_of_stops
     from grazemap_core.orbits.window_curves import window_curves
-    from grazemap_core.simulation.linearised_run import linearised_run
+    from grazemap_core.simulation.monodromy import linearised_run
 
     one_impact_branch(oscillator, 0.28)
     window_curves(oscillator, (0.28, 0.29), (1.8, 2.0), 1, 2, VariedStop(1))

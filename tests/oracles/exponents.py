@@ -28,7 +28,7 @@ from grazemap_core.simulation.kernels.lyapunov import (
     weighted_exponent,
 )
 from grazemap_core.simulation.kernels.tangent import run_half_linearised
-from grazemap_core.simulation.linearised_run import linearised_run
+from grazemap_core.simulation.monodromy import linearised_run
 from grazemap_core.simulation.start import State, longer_record
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
@@ -60,17 +60,19 @@ _RUN_HALF, _ORTHONORMALISE = run_half_linearised.whole, orthonormalise.whole
 
 
 @njit(cache=True)
-def run_growth(forced: Forced, stops: Stops, run: Run, done: int, skipped: int, scratch: Tangents) -> tuple[int, int]:
-    """Advance a run and the perturbations scratch.pair over the half periods from `done` on.
+def run_growth(
+    forced: Forced, stops: Stops, run: Run, began: Run, pair: Floats, done: int, skipped: int, scratch: Tangents
+) -> tuple[int, int]:
+    """Advance a run and two perturbations, pair (2 N, 2), over the half periods from `done` on.
 
     Return a status and the half periods that are completed; after RECORD_FULL the run may continue.
     """
     halves, u = scratch.growth.shape[0], run.u
     for k in range(done, halves):
-        status = _RUN_HALF(forced, stops, run, k, scratch.pair, scratch.began)
+        status = _RUN_HALF(forced, stops, run, k, pair, began)
         if status != OK:
             return status, k
-        _ORTHONORMALISE(forced.free.frequency, scratch.pair, scratch.growth[k])
+        _ORTHONORMALISE(forced.free.frequency, pair, scratch.growth[k])
         if k >= skipped:
             part = 0 if 2 * (k - skipped) < halves - skipped else 1
             sign = 1.0 if k % 2 == 0 else -1.0
@@ -94,12 +96,12 @@ def lyapunov_exponents(
     """The exponents of the motion that a trajectory settles to in `transient_periods`, over `periods` after them."""
     run = linearised_run(oscillator, omega, clearance, displacement, velocity, phase)
     scratch = tangents(oscillator.size, transient_periods + periods)
-    skipped, done = 2 * transient_periods, 0
-    begin_first(run.forced.free.frequency, scratch.pair)
-    begin_second(run.forced.free.frequency, scratch.pair)
-    orthonormalise(run.forced.free.frequency, scratch.pair, scratch.growth[0])
+    pair, skipped, done = np.zeros((2 * oscillator.size, 2)), 2 * transient_periods, 0
+    begin_first(run.forced.free.frequency, pair)
+    begin_second(run.forced.free.frequency, pair)
+    orthonormalise(run.forced.free.frequency, pair, scratch.growth[0])
     while True:
-        status, done = run_growth(run.forced, run.stops, run.run, done, skipped, scratch)
+        status, done = run_growth(run.forced, run.stops, run.run, run.began, pair, done, skipped, scratch)
         if status != RECORD_FULL:
             break
         run.run = longer_record(run.run)

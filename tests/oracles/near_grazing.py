@@ -123,14 +123,14 @@ def first_impacts(oscillator: Oscillator, omega: float, start: float, clearances
     forced = structure.at_phase(start)
     begin = structure.free_state(*np.split(structure.reference_state(start), 2), start)
     run, phases = new_run(oscillator.size, len(structure.orders), events=64), np.full(len(clearances), np.nan)
-    history = stroboscopic_history(oscillator.size, 1)
+    began, history = new_run(oscillator.size, len(structure.orders)), stroboscopic_history(oscillator.size, 1)
     for k, clearance in enumerate(clearances):
         run.u[:] = begin
         run.cursor[:] = 0
         run.tally[UNDECIDED] = 0.0
         record_half_period(history, 0, run)
         stops = stops_of(oscillator, clearance, structure.cells, forced.free.steady_bound)
-        assert run_recorded(forced, stops, run, 0, 2, history) == (OK, 2)
+        assert run_recorded(forced, stops, run, began, 0, 2, history) == (OK, 2)
         assert run.tally[UNDECIDED] == 0.0
         if run.cursor[EVENT_COUNT] > 0:
             phases[k] = math.pi * run.events[0, HALF] + omega * run.events[0, TIME]

@@ -7,8 +7,8 @@ matrices and Lyapunov exponents from the linearised flow.
 - `trajectories`: recorded trajectories, with samples and the motion that they settle to.
 - `record`: impacts, intervals of sticking and samples of a recorded trajectory.
 - `motion`: the name of a motion, and the reasons why it may be unresolved.
-- `linearised_run`: a trajectory with the linearised flow along it.
-- `monodromy`: the monodromy matrix and its Floquet multipliers.
+- `monodromy`: a trajectory with the linearised flow along it, the monodromy matrix and its Floquet multipliers.
+- `observables`: impact rates and speeds, impulse, dissipated power, and outputs of a motion.
 - `multiprecision`, `multiprecision_modes`: trajectories in multi-precision arithmetic.
-- `kernels`: recorded runs, samples, period detection, tangent flow and exponents.
+- `kernels`: recorded runs and samples, period detection, tangent flow and exponents, outputs.
 """

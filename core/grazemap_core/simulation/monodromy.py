@@ -1,4 +1,4 @@
-"""The monodromy matrix and Floquet multipliers of a periodic motion."""
+"""The linearised flow along a trajectory, and the monodromy matrix and Floquet multipliers of a periodic motion."""
 
 from __future__ import annotations
 
@@ -9,18 +9,87 @@ import numpy as np
 from grazemap_core import codes
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.checks import checked_order
-from grazemap_core.contact.kernels.cells import reach_from
-from grazemap_core.contact.kernels.half_period import is_free_for_ever
-from grazemap_core.contact.kernels.runs import ANCHOR
+from grazemap_core.contact.kernels.half_period import reason_of_end
+from grazemap_core.contact.kernels.runs import EVENT_COUNT, OK, RECORD_FULL
 from grazemap_core.contact.stops import Clearance
 from grazemap_core.errors import LinearisationError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
 from grazemap_core.records import dataclass
-from grazemap_core.simulation.kernels import period_detection
-from grazemap_core.simulation.linearised_run import LinearisedRun, linearised_run
+from grazemap_core.simulation.kernels.period_detection import motion_of_run, record_half_period, stroboscopic_history
+from grazemap_core.simulation.kernels.tangent import GRAZED, run_half_linearised
 from grazemap_core.simulation.motion import REASONS
+from grazemap_core.simulation.start import Started, forced_oscillator, initial_state, longer_record, start
 from grazemap_core.simulation.tolerances import CLOSING_FLOOR, ROUND_OFF_RETURNS
+
+
+@dataclass(eq=False)
+class LinearisedRun(Started):
+    """A trajectory in progress with the linearised flow along it, half period by half period."""
+
+    reference_at_start: Floats
+    """(2 N,) Displacements, then velocities, of the reference motion at the start's phase, with the equilibrium."""
+
+    @property
+    def period(self) -> float:
+        """Duration of a forcing period."""
+        return self.forced.free.step * self.forced.free.cells
+
+    @property
+    def physical_state(self) -> Floats:
+        """Displacements, then velocities, (2 N,); wrong except after a whole number of periods."""
+        return np.asarray(self.forced.held.from_free @ self.run.u.ravel() + self.reference_at_start)
+
+    def advance(self, halves: int, tangent: Floats) -> None:
+        """Advance by a number of half periods; the linearised flow is applied to tangent (2 N, k) in place.
+
+        Raises
+        ------
+        LinearisationError
+            The trajectory ends early, or an impact is a graze.
+        """
+        for _ in range(halves):
+            while True:
+                self.status = run_half_linearised(self.forced, self.stops, self.run, self.halves, tangent, self.began)
+                if self.status != RECORD_FULL:
+                    break
+                self.run = longer_record(self.run)
+            self.require(self.status)
+            self.halves += 1
+
+    @staticmethod
+    def require(status: int) -> None:
+        """Raise LinearisationError with the reason of a status, unless it is OK."""
+        if status == GRAZED:
+            raise LinearisationError("an impact is a graze to within round-off, where the flow has no derivative")
+        if status != OK:
+            raise LinearisationError(REASONS[reason_of_end(status)])
+
+
+def linearised_run(
+    oscillator: Oscillator,
+    omega: float,
+    clearance: Clearance,
+    displacement: Floats | None,
+    velocity: Floats | None,
+    phase: float,
+) -> LinearisedRun:
+    """Return a run from the given initial state. Parameters as in `trajectories.trajectory`.
+
+    Raises
+    ------
+    ParameterError
+        A number is out of range, or the contact starts outside the stops.
+    LinearisationError
+        The contact starts at rest on a stop, and the motion of the held structure has no accurate closed form.
+    """
+    forced = forced_oscillator(oscillator, omega, clearance)
+    begun = start(forced, initial_state(forced, displacement, velocity, phase))
+    equilibrium = np.concatenate([forced.equilibrium, np.zeros(oscillator.size)])
+    run = LinearisedRun(**vars(begun), reference_at_start=forced.structure.reference_state(phase) + equilibrium)
+    run.require(run.status)
+    run.run.cursor[EVENT_COUNT] = 0  # events of the start belong to no half period
+    return run
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,34 +191,26 @@ def _distance(run: LinearisedRun, state: Floats) -> float:
 
 def _settle(run: LinearisedRun, max_periods: int, max_period: int) -> int:
     """Advance a run until its period is detected and it closes to round-off, and return the minimal period."""
-    problem, stops, size = run.forced.free, run.stops, len(run.run.u)
+    size = len(run.run.u)
     nothing = np.zeros((2 * size, 0))
-    ring = period_detection.stroboscopic_history(size, max_period)
-    period_detection.record_half_period(ring, 0, run.run)
-    reason, period = codes.NOT_CLOSED, 0
+    ring = stroboscopic_history(size, max_period)
+    record_half_period(ring, 0, run.run)
     for _ in range(2 * max_periods):
         run.advance(1, nothing)
-        period_detection.record_half_period(ring, run.halves, run.run)
-        reach = reach_from(problem, stops, run.run.u, run.halves)
-        if is_free_for_ever(problem, stops, reach, int(run.run.cursor[ANCHOR])):
-            reason, period = codes.RESOLVED, 1
-        else:
-            halves = run.halves
-            reason, period, *_ = period_detection.detect_period(
-                problem, stops, ring, 0, halves, max_period, halves, reach
-            )
-        if reason == codes.RESOLVED and run.halves % 2 == 0:
+        record_half_period(ring, run.halves, run.run)
+        motion = motion_of_run(run.forced.free, run.stops, ring, run.run, run.halves, max_period)
+        if motion.reason == codes.RESOLVED and run.halves % 2 == 0:
             break
     else:
-        raise LinearisationError(REASONS[reason] if reason != codes.RESOLVED else REASONS[codes.NOT_CLOSED])
+        raise LinearisationError(REASONS[motion.reason if motion.reason != codes.RESOLVED else codes.NOT_CLOSED])
     # until returns are small and have not decreased for some periods
     best, waited = np.inf, 0
-    for _ in range(max_periods // period):
+    for _ in range(max_periods // motion.period):
         before = run.run.u.copy()
-        run.advance(2 * period, nothing)
+        run.advance(2 * motion.period, nothing)
         distance = _distance(run, before)
         waited = waited + 1 if distance >= best else 0
         best = min(best, distance)
         if distance == 0.0 or (best < CLOSING_FLOOR and waited >= ROUND_OFF_RETURNS):
             break
-    return period
+    return motion.period

@@ -11,6 +11,7 @@ from grazemap_core import codes
 from grazemap_core.arrays import Integers
 from grazemap_core.codes import CHAOTIC, QUASI_PERIODIC
 from grazemap_core.records import dataclass
+from grazemap_core.simulation.kernels.period_detection import NamedMotion
 
 KINDS: Final = ("unresolved", "periodic", "quasi-periodic", "chaotic")
 """Kinds of motion; the index is the code."""
@@ -84,19 +85,22 @@ class Motion:
     """Why the motion is unresolved, or periodic but not verified."""
 
 
-def motion_from_codes(
-    reason: int, period: int, impacts_right: int, impacts_left: int, symmetric: bool, sticking: bool
-) -> Motion:
-    """Return the motion for the codes of `period_detection.detect_period`."""
-    if reason != codes.RESOLVED:
-        return Motion(kind="unresolved", reason=REASONS[reason])
+def unresolved(reason: int) -> Motion:
+    """Return a motion without a name; `reason` is a code."""
+    return Motion(kind="unresolved", reason=REASONS[reason])
+
+
+def motion_of(named: NamedMotion) -> Motion:
+    """Return the motion that was named, or why it was not."""
+    if named.reason != codes.RESOLVED:
+        return unresolved(named.reason)
     return Motion(
         kind="periodic",
-        period=period,
-        impacts_right=impacts_right,
-        impacts_left=impacts_left,
-        symmetric=symmetric,
-        sticking=sticking,
+        period=named.period,
+        impacts_right=named.impacts_right,
+        impacts_left=named.impacts_left,
+        symmetric=named.symmetric,
+        sticking=named.sticking,
     )
 
 

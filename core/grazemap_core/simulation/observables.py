@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from grazemap_core.arrays import Complexes, Floats
-from grazemap_core.contact.kernels.cells import CellProblem, Forced
+from grazemap_core.contact.kernels.cells import Forced
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.trajectory_models import TrajectoryModels
 from grazemap_core.errors import ParameterError
@@ -23,18 +23,23 @@ from grazemap_core.model.harmonic_response import harmonic_amplitudes
 from grazemap_core.model.modal import ModalModel
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.records import dataclass
-from grazemap_core.simulation.kernels.observed_motion import TOP_SPEED, ObservedOutputs, Totals, observe_rows, totals
+from grazemap_core.simulation.kernels.observed_motion import (
+    TOP_SPEED,
+    ObservedOutputs,
+    Totals,
+    clear_totals,
+    observe_rows,
+)
 from grazemap_core.simulation.kernels.output_rows import (
     HIGHEST,
     INTEGRAL,
     LOWEST,
-    PANEL_REACH,
     SQUARE_INTEGRAL,
     OutputRows,
     OutputScratch,
-    output_scratch,
 )
 from grazemap_core.simulation.record import Record
+from grazemap_core.simulation.tolerances import PANEL_DEGREE, PANEL_REACH, PEAK_DEPTH
 
 _BY_STOP: Final = ("impact_rate", "peak_impact_speed", "mean_impact_speed", "impulse", "dissipated_power")
 _SIDES: Final = (("", slice(0, 2)), ("_right", slice(0, 1)), ("_left", slice(1, 2)))
@@ -104,11 +109,19 @@ class Observables:
 
     def scratch(self, size: int) -> OutputScratch:
         """Return scratch for an oscillator of N = `size`."""
-        return output_scratch(self._rows, size)
+        return OutputScratch(
+            state=np.zeros((size, 2)),
+            series=np.zeros((self._rows, PANEL_DEGREE + 1)),
+            forcing=np.zeros((2, PANEL_DEGREE + 1)),
+            last=np.zeros(self._rows),
+            stack=np.zeros((PEAK_DEPTH, 6)),
+        )
 
     def totals(self) -> Totals:
         """Return totals of nothing."""
-        return totals(self._rows)
+        totals = Totals(np.zeros((5, 2)), np.zeros((self._rows, 4)))
+        clear_totals(totals)
+        return totals
 
     @property
     def _rows(self) -> int:
@@ -155,18 +168,6 @@ def _of_contacts(contacts: Floats, duration: Floats, periods: Floats) -> dict[st
     return values
 
 
-@dataclass(frozen=True, eq=False)
-class _Rows:
-    """R outputs as functions of displacements from the equilibrium and velocities."""
-
-    displacement: Floats
-    """(R, N) Factors of the displacements."""
-    velocity: Floats
-    """(R, N) Factors of the velocities."""
-    constant: Floats
-    """(R,) Constant."""
-
-
 def observed_outputs(
     wanted: Observables, models: TrajectoryModels, forced: Forced, steady: Complexes, whole: bool = False
 ) -> ObservedOutputs:
@@ -180,20 +181,43 @@ def observed_outputs(
     whole : bool
         Whether that motion is the whole steady motion. Otherwise it is the reference motion, without resonant modes.
     """
-    problem = forced.free
-    rows, orders = _rows(wanted, models.oscillator), np.asarray(1j * problem.omega * problem.orders[:, None])
+    problem, held, oscillator = forced.free, forced.held, models.oscillator
+    rates = 1j * problem.omega * problem.orders[:, None]
+    displacement, velocity, constant = _rows(wanted, oscillator)
+
+    def output_rows(
+        blocks: ModalModel | HeldProblem, columns: Floats, amplitudes: Complexes, of_rates: Complexes
+    ) -> OutputRows:
+        """Return outputs of blocks; columns (2 N, 2 n) are the displacements and velocities of these."""
+        places, speeds = columns[: oscillator.size], columns[oscillator.size :]
+        root = np.sqrt(np.maximum(-blocks.discriminant, 0.0))
+        exponents = np.where(blocks.discriminant < 0.0, blocks.decay + root, np.sqrt(blocks.frequency_squared))
+        fastest = float(np.max(np.concatenate([exponents, problem.omega * problem.orders])))
+        harmonics = amplitudes @ displacement.T + (rates * of_rates) @ velocity.T
+        return OutputRows(
+            decay=np.ascontiguousarray(blocks.decay),
+            discriminant=np.ascontiguousarray(blocks.discriminant),
+            frequency_squared=np.ascontiguousarray(blocks.frequency_squared),
+            values=np.ascontiguousarray(displacement @ places + velocity @ speeds),
+            harmonics=np.ascontiguousarray(harmonics.T),
+            constants=np.stack([constant, np.zeros_like(constant)], axis=1),
+            panel=PANEL_REACH / fastest,
+            resonant=False,
+        )
+
+    free = output_rows(models.free, models.free.from_modal, steady[:, 0], steady[:, 1])
+    turned = held.phase_factors[:, 0, 0] + 1j * held.phase_factors[:, 0, 1]
+    held_steady = (held.steady[..., 0] + 1j * held.steady[..., 1]) * turned[:, None]
+    at_rest = output_rows(held, held.from_blocks, held_steady, held_steady)
+    # at rest the output 0 is the acceleration of q that the stop takes
+    at_rest.values[0] = held.output_row[:, :2].ravel()
+    at_rest.harmonics[0] = held.steady_table[:, 0, 0] + 1j * held.steady_table[:, 0, 1]
+    at_rest.constants[0, 1], at_rest.constants[1:, 1] = -held.static_acceleration, (displacement @ held.profile)[1:]
     return ObservedOutputs(
-        free=_output_rows(
-            models.free,
-            models.free.from_modal,
-            rows,
-            steady[:, 0] @ rows.displacement.T + (orders * steady[:, 1]) @ rows.velocity.T,
-            problem,
-            resonant=problem.resonant_forcing.shape[1] > 0 and not whole,
-        ),
-        held=_held_rows(rows, forced, orders),
-        jumps=rows.velocity @ models.oscillator.jump,
-        effective_mass=models.oscillator.effective_mass,
+        free=free._replace(resonant=problem.resonant_forcing.shape[1] > 0 and not whole),
+        held=at_rest,
+        jumps=velocity @ oscillator.jump,
+        effective_mass=oscillator.effective_mass,
     )
 
 
@@ -205,51 +229,17 @@ def whole_steady(oscillator: Oscillator, omega: float) -> Complexes:
     return np.stack([parts, parts], axis=1)
 
 
-def _rows(wanted: Observables, oscillator: Oscillator) -> _Rows:
+def _rows(wanted: Observables, oscillator: Oscillator) -> tuple[Floats, Floats, Floats]:
+    """Return R outputs: their rows (R, N) on displacements from the equilibrium and on velocities, and constants (R,).
+
+    The first output is 0, the second one the contact coordinate if it is wanted.
+    """
     nothing, here = np.zeros(oscillator.size), equilibrium(oscillator)
     rows = [(nothing, nothing)] + ([(oscillator.contact, nothing)] if wanted.of_contact else [])
     constant = [0.0] * len(rows) + [math.fsum(output.displacement * here) for output in wanted.outputs]
     rows += [(output.displacement, output.velocity) for output in wanted.outputs]
     displacement, velocity = (np.array(part) for part in zip(*rows, strict=True))
-    return _Rows(displacement, velocity, np.array(constant))
-
-
-def _held_rows(rows: _Rows, forced: Forced, orders: Complexes) -> OutputRows:
-    """Return the outputs while the contact rests; the first one is the acceleration of q that the stop takes."""
-    held = forced.held
-    turned = held.phase_factors[:, 0, 0] + 1j * held.phase_factors[:, 0, 1]
-    steady = (held.steady[..., 0] + 1j * held.steady[..., 1]) * turned[:, None]
-    harmonics = steady @ rows.displacement.T + (orders * steady) @ rows.velocity.T
-    harmonics[:, 0] = held.steady_table[:, 0, 0] + 1j * held.steady_table[:, 0, 1]
-    outputs = _output_rows(held, held.from_blocks, rows, harmonics, forced.free)
-    outputs.values[0], outputs.constants[0, 1] = held.output_row[:, :2].ravel(), -held.static_acceleration
-    outputs.constants[1:, 1] = (rows.displacement @ held.profile)[1:]
-    return outputs
-
-
-def _output_rows(
-    blocks: ModalModel | HeldProblem,
-    columns: Floats,
-    rows: _Rows,
-    harmonics: Complexes,
-    problem: CellProblem,
-    resonant: bool = False,
-) -> OutputRows:
-    """Return outputs of blocks, whose `columns` (2 N, 2 n) are displacements and velocities; harmonics (H, R)."""
-    size = len(columns) // 2
-    root = np.sqrt(np.maximum(-blocks.discriminant, 0.0))
-    exponents = np.where(blocks.discriminant < 0.0, blocks.decay + root, np.sqrt(blocks.frequency_squared))
-    fastest = float(np.max(np.concatenate([exponents, problem.omega * problem.orders])))
-    return OutputRows(
-        decay=np.ascontiguousarray(blocks.decay),
-        discriminant=np.ascontiguousarray(blocks.discriminant),
-        frequency_squared=np.ascontiguousarray(blocks.frequency_squared),
-        values=np.ascontiguousarray(rows.displacement @ columns[:size] + rows.velocity @ columns[size:]),
-        harmonics=np.ascontiguousarray(harmonics.T),
-        constants=np.stack([rows.constant, np.zeros_like(rows.constant)], axis=1),
-        panel=PANEL_REACH / fastest,
-        resonant=resonant,
-    )
+    return displacement, velocity, np.array(constant)
 
 
 def of_record(record: Record, models: TrajectoryModels, wanted: Observables, periods: int) -> Floats:

@@ -9,12 +9,11 @@ from numpy.typing import NDArray
 
 from grazemap_core.arrays import Complexes, Floats, Integers
 from grazemap_core.contact.kernels import runs
-from grazemap_core.contact.kernels.cells import CellProblem, Forced
-from grazemap_core.contact.kernels.runs import Run
+from grazemap_core.contact.kernels.cells import Forced
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.errors import ParameterError
 from grazemap_core.records import dataclass
-from grazemap_core.simulation.kernels.sampling import Moments, events_before, sample_motion, split_times
+from grazemap_core.simulation.kernels.recorded_run import Moments, events_before, sample_motion, split_times
 from grazemap_core.simulation.tolerances import END_ROUNDING
 
 
@@ -74,7 +73,7 @@ class Record:
     stops: Stops
     """The stops."""
     rows: Floats
-    """(1 + events, EVENT_COLUMNS + 2 N) The start of the record, then every event, as `kernels.sampling` takes them."""
+    """(1 + events, EVENT_COLUMNS + 2 N) Start of the record, then every event, as in `recorded_run.sample_motion`."""
     first_half: int
     """The half period with which the record begins, even."""
     end: float
@@ -117,11 +116,7 @@ class Record:
         start = self.event_time + rows[:, runs.DELAY]
         until = np.append(self.event_time[1:], self.end)  # the event after a rest is its release
         ends = np.append(rows[1:, runs.KIND] == runs.RELEASE, False)
-        begins = (
-            ~np.isin(rows[:, runs.KIND], (runs.IMPACT, runs.GRAZE, runs.RELEASE))
-            & (start <= self.end)
-            & ~(ends & (until <= start))
-        )
+        begins = runs.rests(rows[:, runs.KIND]) & (start <= self.end) & ~(ends & (until <= start))
         return Sticking(
             start=start[begins],
             stop_time=until[begins],
@@ -163,22 +158,3 @@ def checked_times(times: Floats, end: float) -> Floats:
     if values.ndim != 1 or not np.all((values >= 0.0) & (values <= end * END_ROUNDING)):
         raise ParameterError("times", "must be a list of numbers from 0 to the end of the record")
     return values
-
-
-def first_row(problem: CellProblem, run: Run, first_half: int) -> Floats:
-    """Return the first row of a record that begins at the current state of a run, shape (1, EVENT_COLUMNS + 2 N)."""
-    row = np.zeros((1, runs.EVENT_COLUMNS + run.u.size))
-    row[0, runs.HALF] = first_half
-    if run.cursor[runs.HELD] != 0 and run.cursor[runs.EVENT_COUNT] == 0:
-        half_time = 0.5 * problem.cells * problem.step
-        since = (run.held.since[0] - first_half) * half_time + run.held.since[1]
-        row[0, [runs.STOP, runs.KIND, runs.DELAY]] = (
-            run.cursor[runs.HELD],
-            runs.REST,
-            max(0.0, since),
-        )
-        row[0, runs.EVENT_COLUMNS : runs.EVENT_COLUMNS + run.held.state.size] = run.held.state.ravel()
-    else:
-        row[0, [runs.KIND]] = runs.IMPACT
-        row[0, runs.EVENT_COLUMNS :] = run.u.ravel()
-    return row

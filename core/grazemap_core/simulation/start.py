@@ -159,7 +159,7 @@ class ForcedOscillator:
 
 @dataclass(eq=False)
 class Started:
-    """A trajectory at its start; if the contact starts on a stop and moves into it, just after this impact."""
+    """A trajectory in progress. One that starts on a stop and moves into it begins just after this impact."""
 
     forced: Forced
     """The structure under its forces from the initial phase on, for the kernels."""
@@ -169,8 +169,12 @@ class Started:
     """From `ForcedOscillator.stops_from`."""
     run: Run = field(repr=False)
     """The run, whose record contains the impact at the start, if there is one. Kernels change it in place."""
+    began: Run = field(repr=False)
+    """The run at the start of its half period, which is repeated where the record of events was too short."""
     status: int
-    """OK, or the status with which the trajectory ends at its start."""
+    """OK, or the status with which the trajectory ends."""
+    halves: int
+    """Number of half periods completed."""
 
 
 def forced_oscillator(oscillator: Oscillator, omega: float, clearance: Clearance) -> ForcedOscillator:
@@ -274,7 +278,8 @@ def start(forced: ForcedOscillator, state: State) -> Started:
         if abs(velocity) <= rounding:
             velocity = 0.0
         status = _start_on_stop(kernels, stops, run, stop, velocity)
-    return Started(kernels, steady, stops, run, status)
+    began = new_run(forced.oscillator.size, len(structure.orders))
+    return Started(kernels, steady, stops, run, began, status, 0)
 
 
 def _start_on_stop(forced: Forced, stops: Stops, run: Run, stop: int, velocity: float) -> int:

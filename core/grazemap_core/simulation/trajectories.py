@@ -10,10 +10,9 @@ import numpy as np
 from grazemap_core import codes
 from grazemap_core.arrays import Floats
 from grazemap_core.checks import checked_order
-from grazemap_core.contact.kernels.cells import forced_part, reach_from
-from grazemap_core.contact.kernels.half_period import is_free_for_ever, reason_of_end
+from grazemap_core.contact.kernels.cells import forced_part
+from grazemap_core.contact.kernels.half_period import reason_of_end
 from grazemap_core.contact.kernels.runs import (
-    ANCHOR,
     EVENT_COLUMNS,
     EVENT_COUNT,
     HALF,
@@ -22,6 +21,7 @@ from grazemap_core.contact.kernels.runs import (
     RECORD_FULL,
     TIME,
     UNDECIDED,
+    write_start,
 )
 from grazemap_core.contact.stops import Clearance
 from grazemap_core.errors import RecordSizeError
@@ -32,8 +32,8 @@ from grazemap_core.records import dataclass
 from grazemap_core.simulation.kernels import period_detection
 from grazemap_core.simulation.kernels.period_detection import StroboscopicHistory
 from grazemap_core.simulation.kernels.recorded_run import run_recorded
-from grazemap_core.simulation.motion import Motion, motion_from_codes
-from grazemap_core.simulation.record import EVENT_BYTES, Impacts, Record, Sticking, checked_times, first_row
+from grazemap_core.simulation.motion import Motion, motion_of, unresolved
+from grazemap_core.simulation.record import EVENT_BYTES, Impacts, Record, Sticking, checked_times
 from grazemap_core.simulation.start import (
     ForcedOscillator,
     Started,
@@ -89,29 +89,6 @@ class Trajectory:
         return self.record.at(times)
 
 
-@dataclass(frozen=True, eq=False)
-class Plan:
-    """The recorded interval and the samples of a trajectory: the parameters of `trajectory` after the state.
-
-    `most_events` follows from `most_bytes`, and is that of all trajectories of a list.
-    """
-
-    periods: int
-    """As in `trajectory`."""
-    transient_periods: int
-    """As in `trajectory`."""
-    samples_per_period: int
-    """As in `trajectory`."""
-    times: Floats | None
-    """As in `trajectory`."""
-    max_period: int
-    """As in `trajectory`."""
-    most_bytes: int
-    """As in `trajectory`."""
-    most_events: int
-    """Follows from `most_bytes`, and is that of all trajectories of a list."""
-
-
 @in_own_period
 def trajectory(
     oscillator: Oscillator,
@@ -158,8 +135,8 @@ def trajectory(
         The events take more than `most_bytes`.
     """
     forced = forced_oscillator(oscillator, omega, clearance)
-    plan = _plan(forced, periods, transient_periods, samples_per_period, times, max_period, most_bytes)
-    return _follow(forced, initial_state(forced, displacement, velocity, phase), plan, plan.most_events)
+    recorder = _Recorder(forced, periods, transient_periods, samples_per_period, max_period, times, most_bytes)
+    return recorder.follow(initial_state(forced, displacement, velocity, phase))
 
 
 @in_own_period
@@ -192,104 +169,102 @@ def trajectories(
         As `trajectory`, while the iterator is read.
     """
     forced = forced_oscillator(oscillator, omega, clearance)
-    plan = _plan(forced, periods, transient_periods, samples_per_period, times, max_period, most_bytes)
+    recorder = _Recorder(forced, periods, transient_periods, samples_per_period, max_period, times, most_bytes)
     checked = [
         initial_state(forced, state.displacement, state.velocity, state.phase, f"states[{k}].")
         for k, state in enumerate(states)
     ]
-    return _followed(forced, checked, plan)
+    return map(recorder.follow, checked)
 
 
-def _followed(forced: ForcedOscillator, states: Sequence[State], plan: Plan) -> Iterator[Trajectory]:
-    """Yield the recorded trajectories from states, which together have at most the events of the plan."""
-    events = plan.most_events
-    for state in states:
-        trajectory = _follow(forced, state, plan, events)
-        events -= len(trajectory.record.rows) - 1
-        yield trajectory
+class _Recorder:
+    """Follows trajectories of one oscillator, which together have a maximum number of events."""
+
+    def __init__(
+        self,
+        forced: ForcedOscillator,
+        periods: int,
+        transient_periods: int,
+        samples_per_period: int,
+        max_period: int,
+        times: Floats | None,
+        most_bytes: int,
+    ) -> None:
+        """Check the numbers; they are those of `trajectory`."""
+        for name, value, minimum in (
+            ("periods", periods, 1),
+            ("transient_periods", transient_periods, 0),
+            ("samples_per_period", samples_per_period, 1),
+            ("max_period", max_period, 1),
+        ):
+            checked_order(name, value, minimum)
+        self._forced, self._period = forced, 2.0 * math.pi / forced.omega
+        self._end = periods * self._period
+        self._first_half, self._last_half = 2 * transient_periods, 2 * (transient_periods + periods)
+        self._max_period = max_period
+        self._samples, self._samples_per_period = periods * samples_per_period + 1, samples_per_period
+        self._times = None if times is None else checked_times(times, self._end)
+        row_bytes = 8 * (EVENT_COLUMNS + 2 * forced.oscillator.size)
+        self._most_bytes = most_bytes
+        self._most_events = min(most_bytes // EVENT_BYTES, ROWS_OF_RESULT * most_bytes // row_bytes)
+        self._events_left = self._most_events
+
+    def follow(self, state: State) -> Trajectory:
+        """Return the recorded trajectory from a state. Raises RecordSizeError."""
+        forced, first_half = self._forced, self._first_half
+        begun = start(forced, state)
+        ring = period_detection.stroboscopic_history(forced.oscillator.size, self._max_period)
+        period_detection.record_half_period(ring, 0, begun.run)
+        if begun.status == OK:
+            _run_transient(begun, first_half, ring)
+        rows = np.empty((1, begun.run.events.shape[1]))
+        write_start(rows[0], begun.run, first_half, 0.5 * begun.forced.free.cells * begun.forced.free.step)
+        recorded = begun.status == OK
+        if recorded:
+            _run_record(begun, self._last_half, ring, self._events_left)
+            if begun.status == RECORD_FULL or begun.run.cursor[EVENT_COUNT] > self._events_left:
+                raise RecordSizeError(self._most_events, self._most_bytes)
+            rows = np.concatenate([rows, begun.run.events[: begun.run.cursor[EVENT_COUNT]]])
+            begun.run = begun.run._replace(events=np.empty((0, rows.shape[1])))  # they are in the rows
+        self._events_left -= len(rows) - 1
+
+        end = self._end
+        if not recorded:
+            end = -math.inf
+        elif begun.status != OK:
+            # the trajectory ended with its last event, or at the start of the half period if none was recorded
+            half, since = (rows[-1, HALF], rows[-1, TIME]) if len(rows) > 1 else (begun.halves, 0.0)
+            end = float((half - first_half) * (0.5 * self._period) + since)
+        shape = forced.structure.models.free.shape
+        record = Record(begun.forced, shape, begun.steady, forced.equilibrium, begun.stops, rows, first_half, end)
+        if self._times is not None:
+            time = self._times if begun.status == OK else self._times[self._times <= end]
+            x, v = record.at(time)
+        else:
+            index = np.arange(self._samples if recorded else 0, dtype=np.int64)
+            time = np.asarray(index * (self._period / self._samples_per_period), dtype=np.float64)
+            if begun.status != OK:
+                index, time = index[time <= end], time[time <= end]
+            x, v = record.evenly(index, self._samples_per_period)
+        return Trajectory(
+            time=time,
+            displacement=x,
+            velocity=v,
+            impacts=record.impacts(),
+            sticking=record.sticking(),
+            undecided=int(begun.run.tally[UNDECIDED]),
+            motion=_motion(begun, ring, self._max_period),
+            final=_final(forced, state, begun, rows) if recorded else None,
+            record=record,
+        )
 
 
-def _plan(
-    forced: ForcedOscillator,
-    periods: int,
-    transient_periods: int,
-    samples_per_period: int,
-    times: Floats | None,
-    max_period: int,
-    most_bytes: int,
-) -> Plan:
-    for name, value, minimum in (
-        ("periods", periods, 1),
-        ("transient_periods", transient_periods, 0),
-        ("samples_per_period", samples_per_period, 1),
-        ("max_period", max_period, 1),
-    ):
-        checked_order(name, value, minimum)
-    if times is not None:
-        times = checked_times(times, periods * (2.0 * math.pi / forced.omega))
-    row_bytes = 8 * (EVENT_COLUMNS + 2 * forced.oscillator.size)
-    events = min(most_bytes // EVENT_BYTES, ROWS_OF_RESULT * most_bytes // row_bytes)
-    return Plan(periods, transient_periods, samples_per_period, times, max_period, most_bytes, events)
-
-
-def _follow(forced: ForcedOscillator, state: State, plan: Plan, events: int) -> Trajectory:
-    """Return the recorded trajectory from a state, which has at most a number of events. Raises RecordSizeError."""
-    begun = start(forced, state)
-    ring = period_detection.stroboscopic_history(forced.oscillator.size, plan.max_period)
-    period_detection.record_half_period(ring, 0, begun.run)
-    first_half, last_half = 2 * plan.transient_periods, 2 * (plan.transient_periods + plan.periods)
-    done = 0
-    if begun.status == OK:
-        done = _run_transient(begun, first_half, ring)
-    rows = first_row(begun.forced.free, begun.run, first_half)
-    recorded = begun.status == OK
-    if recorded:
-        done = _run_record(begun, first_half, last_half, ring, events)
-        if begun.status == RECORD_FULL or begun.run.cursor[EVENT_COUNT] > events:
-            raise RecordSizeError(plan.most_events, plan.most_bytes)
-        rows = np.concatenate([rows, begun.run.events[: begun.run.cursor[EVENT_COUNT]]])
-        begun.run = begun.run._replace(events=np.empty((0, rows.shape[1])))  # they are in the rows
-
-    period = 2.0 * math.pi / forced.omega
-    end = plan.periods * period
-    if not recorded:
-        end = -math.inf
-    elif begun.status != OK:
-        # the trajectory ended with its last event, or at the start of the half period if none was recorded
-        last = rows[-1]
-        half, since = (last[HALF], last[TIME]) if len(rows) > 1 else (done, 0.0)
-        end = float((half - first_half) * (0.5 * period) + since)
-    shape = forced.structure.models.free.shape
-    record = Record(begun.forced, shape, begun.steady, forced.equilibrium, begun.stops, rows, first_half, end)
-    if plan.times is not None:
-        time = plan.times if begun.status == OK else plan.times[plan.times <= end]
-        x, v = record.at(time)
-    else:
-        count = plan.periods * plan.samples_per_period + 1 if recorded else 0
-        index = np.arange(count, dtype=np.int64)
-        time = np.asarray(index * (period / plan.samples_per_period), dtype=np.float64)
-        if begun.status != OK:
-            index, time = index[time <= end], time[time <= end]
-        x, v = record.evenly(index, plan.samples_per_period)
-    return Trajectory(
-        time=time,
-        displacement=x,
-        velocity=v,
-        impacts=record.impacts(),
-        sticking=record.sticking(),
-        undecided=int(begun.run.tally[UNDECIDED]),
-        motion=_motion(begun, ring, done, plan.max_period),
-        final=_final(forced, state, begun, rows) if recorded else None,
-        record=record,
-    )
-
-
-def _run_transient(begun: Started, halves: int, ring: StroboscopicHistory) -> int:
-    """Run the part that is not recorded, discarding its events, and return the number of half periods completed."""
-    done, most = 0, TRANSIENT_EVENTS
-    while done < halves and begun.status == OK:
-        until = min(done + RECORD_BLOCK, halves)
-        done = _run_record(begun, done, until, ring, most)
+def _run_transient(begun: Started, halves: int, ring: StroboscopicHistory) -> None:
+    """Run the part that is not recorded, up to `halves` half periods, discarding its events."""
+    most = TRANSIENT_EVENTS
+    while begun.halves < halves and begun.status == OK:
+        until = min(begun.halves + RECORD_BLOCK, halves)
+        _run_record(begun, until, ring, most)
         while begun.status == RECORD_FULL:
             events, last = begun.run.events, int(begun.run.cursor[EVENT_COUNT]) - 1
             if last > 0:  # a graze may continue the last event
@@ -297,17 +272,18 @@ def _run_transient(begun: Started, halves: int, ring: StroboscopicHistory) -> in
                 begun.run.cursor[EVENT_COUNT] = 1
             else:  # half a period has more
                 most *= 4
-            done = _run_record(begun, done, until, ring, most)
+            _run_record(begun, until, ring, most)
         begun.run.cursor[EVENT_COUNT] = 0
-    return done
 
 
-def _run_record(begun: Started, done: int, halves: int, ring: StroboscopicHistory, most: int) -> int:
-    """Run to `halves` half periods, enlarging the record up to `most` events, and return the number completed."""
+def _run_record(begun: Started, halves: int, ring: StroboscopicHistory, most: int) -> None:
+    """Run to `halves` half periods, enlarging the record up to `most` events."""
     while True:
-        begun.status, done = run_recorded(begun.forced, begun.stops, begun.run, done, halves, ring)
+        begun.status, begun.halves = run_recorded(
+            begun.forced, begun.stops, begun.run, begun.began, begun.halves, halves, ring
+        )
         if begun.status != RECORD_FULL or len(begun.run.events) >= most:
-            return done
+            return
         begun.run = longer_record(begun.run, most)
 
 
@@ -323,17 +299,11 @@ def _final(forced: ForcedOscillator, state: State, begun: Started, rows: Floats)
     return state_at(forced, begun.stops, begun.run, phase)
 
 
-def _motion(begun: Started, ring: StroboscopicHistory, halves: int, max_period: int) -> Motion:
+def _motion(begun: Started, ring: StroboscopicHistory, max_period: int) -> Motion:
     """Return the motion at the end of a trajectory."""
     if begun.status != OK:
-        return motion_from_codes(reason_of_end(begun.status), 0, 0, 0, False, False)
+        return unresolved(reason_of_end(begun.status))
     problem, stops = begun.forced.free, begun.stops
     if hidden_by_rounding(problem.steady_bound, np.array([stops.unit]))[0]:
-        return motion_from_codes(codes.HIDDEN_BY_ROUNDING, 0, 0, 0, False, False)
-    reach = reach_from(problem, stops, begun.run.u, halves)
-    if is_free_for_ever(problem, stops, reach, int(begun.run.cursor[ANCHOR])):
-        return motion_from_codes(codes.RESOLVED, 1, -1, -1, stops.symmetric, False)
-    reason, period, right, left, symmetric, _, sticking = period_detection.detect_period(
-        problem, stops, ring, 0, halves, max_period, halves, reach
-    )
-    return motion_from_codes(reason, period, right, left, symmetric, sticking)
+        return unresolved(codes.HIDDEN_BY_ROUNDING)
+    return motion_of(period_detection.motion_of_run(problem, stops, ring, begun.run, begun.halves, max_period))

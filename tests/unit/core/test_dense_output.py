@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.simulation.kernels.sampling import split_times
+from grazemap_core.simulation.kernels.recorded_run import split_times
 from grazemap_core.simulation.trajectories import trajectory
 from grazemap_core.tolerances import EPSILON
 from tests.oracles.fifty_digits import digits

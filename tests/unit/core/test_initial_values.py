@@ -14,7 +14,7 @@ from grazemap_core.maps.basins import Coordinate, basin_tile
 from grazemap_core.model.drive import force
 from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.simulation.linearised_run import linearised_run
+from grazemap_core.simulation.monodromy import linearised_run
 from grazemap_core.simulation.start import State, forced_oscillator
 from grazemap_core.simulation.trajectories import trajectories, trajectory
 from tests.oracles.general_oracle import GeneralOracle

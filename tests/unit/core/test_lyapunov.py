@@ -12,8 +12,7 @@ from grazemap_core.contact.kernels.half_period import run_half
 from grazemap_core.contact.kernels.runs import ANCHOR, FOLLOWED, HELD, OK, new_run
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.kernels.lyapunov import orthonormalise, standard_error
-from grazemap_core.simulation.linearised_run import linearised_run
-from grazemap_core.simulation.monodromy import monodromy
+from grazemap_core.simulation.monodromy import linearised_run, monodromy
 from grazemap_core.simulation.tolerances import EXPONENT_STUDENT, EXPONENT_WINDOWS, SHORTEST_WINDOW
 from tests.oracles.chaos_oracle import ChaosOracle
 from tests.oracles.exponents import lyapunov_exponents

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from grazemap_core.simulation.kernels.output_rows import DEGREE, _raise_peak
-from grazemap_core.simulation.tolerances import PEAK_ACCURACY, PEAK_DEPTH
+from grazemap_core.simulation.kernels.output_rows import _raise_peak
+from grazemap_core.simulation.tolerances import PANEL_DEGREE, PEAK_ACCURACY, PEAK_DEPTH
 
 
 def scratch():
@@ -27,16 +27,16 @@ def largest(series) -> float:
 def test_the_peak_of_a_series_is_its_largest_value(kind: str) -> None:
     rng = np.random.default_rng(5)
     for _ in range(200):
-        series = rng.normal(size=DEGREE + 1)
+        series = rng.normal(size=PANEL_DEGREE + 1)
         if kind == "highest degree":
-            series[: DEGREE - 1] *= 1e-3
+            series[: PANEL_DEGREE - 1] *= 1e-3
         elif kind == "cancelling":  # sum of (t - a)^2k, flat about a: many intervals wait
-            series = np.polynomial.polynomial.polypow([-rng.uniform(0.2, 0.8), 1.0], DEGREE) * -1.0
+            series = np.polynomial.polynomial.polypow([-rng.uniform(0.2, 0.8), 1.0], PANEL_DEGREE) * -1.0
         elif kind == "flat":
             series[1:] *= 1e-12
         elif kind == "parabola":  # halved most often about its top
             place = rng.uniform()
-            series = np.pad([-place * place, 2.0 * place, -1.0], (0, DEGREE - 2))
+            series = np.pad([-place * place, 2.0 * place, -1.0], (0, PANEL_DEGREE - 2))
         for sign in (1.0, -1.0):
             waiting = scratch()
             peak = _raise_peak(series, sign, -math.inf, waiting)
@@ -48,7 +48,7 @@ def test_the_peak_of_a_series_is_its_largest_value(kind: str) -> None:
 @pytest.mark.timeout(60)
 @pytest.mark.parametrize("number", [math.nan, math.inf, 1e306])
 def test_the_peak_of_a_series_that_is_not_finite_or_overflows_is_not_a_number(number: float) -> None:
-    series = np.zeros(DEGREE + 1)
+    series = np.zeros(PANEL_DEGREE + 1)
     series[5:] = number
     assert math.isnan(_raise_peak(series, 1.0, 0.0, scratch()))
-    assert math.isnan(_raise_peak(np.zeros(DEGREE + 1), 1.0, math.nan, scratch()))
+    assert math.isnan(_raise_peak(np.zeros(PANEL_DEGREE + 1), 1.0, math.nan, scratch()))

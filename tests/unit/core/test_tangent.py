@@ -25,10 +25,8 @@ from grazemap_core.errors import LinearisationError, ParameterError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.numerics.kernels.eigenvalues import QR_NOT_CONVERGED, eigenvalues
 from grazemap_core.simulation.kernels.lyapunov import begin_matrix, leading_multiplier, tangents
-from grazemap_core.simulation.kernels.recorded_run import half_period
 from grazemap_core.simulation.kernels.tangent import GRAZED, carry_tangent, run_half_linearised
-from grazemap_core.simulation.linearised_run import linearised_run
-from grazemap_core.simulation.monodromy import monodromy
+from grazemap_core.simulation.monodromy import linearised_run, monodromy
 from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.steady_displacements import contact_amplitude
 from tests.oracles.tangent_oracle import difference
@@ -203,7 +201,7 @@ def test_a_record_that_is_too_short_leaves_everything_as_it_was() -> None:
     run = linearised_run(oscillator, 0.02, 0.3, None, None, 0.0)
     before, tangent = run.run.u.copy(), np.eye(2)
     short = run.run._replace(events=np.zeros((8, EVENT_COLUMNS + 2)))
-    assert run_half_linearised(run.forced, run.stops, short, 0, tangent, half_period(1)) == RECORD_FULL
+    assert run_half_linearised(run.forced, run.stops, short, 0, tangent, run.began) == RECORD_FULL
     assert np.all(run.run.u == before)
     assert np.all(tangent == np.eye(2))
     assert np.all(short.cursor == 0)

@@ -20,7 +20,6 @@ from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem, rotated_entry
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.tolerances import CLEARED
-from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.model.kernels.forced_flow import forced_block
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.numerics.kernels.double_double import two_sum
@@ -113,16 +112,6 @@ class Forced(NamedTuple):
     """With the contact free."""
     held: HeldProblem
     """With the contact at rest on a stop."""
-
-
-@kernel
-def flow_state(problem: CellProblem | HeldProblem, u: Floats, time: float) -> None:
-    """Carry a free state, or a held state, over any time; u (N, 2) is changed in place."""
-    for j in range(u.shape[0]):
-        e11, e12, e21, e22 = block_flow(problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], time)
-        first, second = u[j, 0], u[j, 1]
-        u[j, 0] = e11 * first + e12 * second
-        u[j, 1] = e21 * first + e22 * second
 
 
 @kernel

@@ -16,13 +16,13 @@ from grazemap_core.contact.kernels.cells import (
     contact_acceleration_of,
     contact_motion,
     expand,
-    flow_state,
     reference_at,
 )
 from grazemap_core.contact.kernels.first_contact import enter_passage, first_contact, gap_and_rate
 from grazemap_core.contact.kernels.runs import Moment, Run, record_event
 from grazemap_core.contact.kernels.stops import Stops, restitution_of
 from grazemap_core.contact.tolerances import ANCHORED_GAP, CHATTER_ACCURACY, HALF_PERIOD_IMPACTS
+from grazemap_core.model.kernels.block_flow import flow_state
 from grazemap_core.numerics.jit.compiled import inlined, kernel
 from grazemap_core.numerics.kernels.double_double import two_sum
 from grazemap_core.records import NamedTuple

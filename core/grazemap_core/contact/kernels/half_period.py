@@ -15,7 +15,6 @@ from grazemap_core.contact.kernels.cells import (
     bounds,
     carry,
     contact_motion,
-    flow_state,
     free_reach,
     reference_at_half,
 )
@@ -25,6 +24,7 @@ from grazemap_core.contact.kernels.runs import Moment, Run, clear_tally, record_
 from grazemap_core.contact.kernels.sticking import rest_in_cell, write_free_state
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.tolerances import CONTACT_ROUNDING
+from grazemap_core.model.kernels.block_flow import flow_state
 from grazemap_core.numerics.jit.compiled import copy_matrix, kernel
 
 

@@ -8,10 +8,12 @@ is the held state.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
-from grazemap_core.numerics.jit.compiled import inlined, kernel
+from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, inlined, inlined_formula, kernel
 from grazemap_core.numerics.kernels.bernstein import STACK_SHAPE
 from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
 from grazemap_core.records import NamedTuple
@@ -144,21 +146,15 @@ class Moment(NamedTuple):
     """Index of the half period since the start of the trajectory, for the record."""
 
 
-def held_run(masses: int, harmonics: int) -> HeldRun:
-    """Return the arrays of a resting contact, for an oscillator with so many masses and harmonics of the forces."""
-    return HeldRun(
-        state=np.zeros((masses - 1, 2)),
-        since=np.zeros(2),
-        turn=np.zeros((harmonics, 2)),
-        physical=np.zeros(2 * masses),
-    )
-
-
 def new_run(masses: int, harmonics: int, events: int = 0) -> Run:
-    """Return a new run, in which the contact is between the stops, with the capacity for a number of events."""
+    """Return a new run, in which the contact is between the stops, with the capacity for a number of events.
+
+    The oscillator has so many masses and harmonics of the forces.
+    """
+    held = HeldRun(np.zeros((masses - 1, 2)), np.zeros(2), np.zeros((harmonics, 2)), np.zeros(2 * masses))
     run = Run(
         u=np.zeros((masses, 2)),
-        held=held_run(masses, harmonics),
+        held=held,
         cursor=np.zeros(4, dtype=np.int64),
         near=np.zeros(5),
         tally=np.zeros(TALLY_SIZE),
@@ -186,12 +182,53 @@ def clear_tally(tally: Floats) -> None:
     tally[MIN_GAP] = -np.inf
 
 
+@kernel
+def copy_state(target: Run, source: Run) -> None:
+    """Copy state and regime of a trajectory, and its number of undecided events, from one run to another."""
+    copy_matrix(target.u, source.u)
+    copy_matrix(target.held.state, source.held.state)
+    copy_vector(target.held.since, source.held.since)
+    copy_vector(target.cursor, source.cursor)
+    copy_vector(target.near, source.near)
+    target.tally[UNDECIDED] = source.tally[UNDECIDED]
+
+
+@inlined_formula
+def rests(kind: Any) -> Any:
+    """Return whether the contact rests, or makes the summed impacts before that, after an event of this kind."""
+    return (kind != IMPACT) & (kind != RELEASE) & (kind != GRAZE)
+
+
 @inlined
 def write_state(event: Floats, state: Floats) -> None:
     """Write a state (n, 2) into a row of `events`."""
     for j in range(state.shape[0]):
         event[EVENT_COLUMNS + 2 * j] = state[j, 0]
         event[EVENT_COLUMNS + 2 * j + 1] = state[j, 1]
+
+
+@inlined
+def read_state(event: Floats, state: Floats) -> None:
+    """Fill a state (n, 2) from a row of `events`."""
+    for j in range(state.shape[0]):
+        state[j, 0] = event[EVENT_COLUMNS + 2 * j]
+        state[j, 1] = event[EVENT_COLUMNS + 2 * j + 1]
+
+
+@kernel
+def write_start(event: Floats, run: Run, half: int, half_time: float) -> None:
+    """Write the state of a run at the start of a half period into a row of `events`: after an IMPACT, or at REST.
+
+    It is the free state, too, if the record already has an event at that time, after which the contact rests.
+    """
+    event[:] = 0.0
+    event[HALF], event[KIND] = half, IMPACT
+    if run.cursor[HELD] != 0 and run.cursor[EVENT_COUNT] == 0:
+        event[STOP], event[KIND] = run.cursor[HELD], REST
+        event[DELAY] = max(0.0, (run.held.since[0] - half) * half_time + run.held.since[1])
+        write_state(event, run.held.state)
+    else:
+        write_state(event, run.u)
 
 
 @inlined

@@ -30,7 +30,6 @@ from grazemap_core.contact.kernels.cells import (
     contact_acceleration_of,
     contact_motion,
     expand,
-    flow_state,
     forced_part,
     reference_at,
     reference_at_half,
@@ -46,6 +45,7 @@ from grazemap_core.contact.kernels.sticking_flow import (
 )
 from grazemap_core.contact.kernels.stops import Stops, gap_of, restitution_of
 from grazemap_core.contact.tolerances import CHATTER_ACCURACY, CONTACT_ROUNDING
+from grazemap_core.model.kernels.block_flow import flow_state
 from grazemap_core.numerics.jit.compiled import kernel, plain
 from grazemap_core.numerics.kernels.bernstein import BECOMES_NEGATIVE, GRAZE_UNDECIDED, first_negative
 from grazemap_core.numerics.tolerances import TAYLOR_DEGREE

@@ -82,16 +82,17 @@ from grazemap_core.orbits.kernels.verification import (
 )
 from grazemap_core.orbits.tolerances import ORBIT_NEARBY
 from grazemap_core.simulation.kernels.period_detection import (
+    NamedMotion,
     compare_windows,
     detect_period,
     mean_section,
+    name_of,
     orbit_nearby,
     separation,
+    unnamed,
+    without_contacts,
 )
 from grazemap_core.simulation.tolerances import CLOSING_FLOOR, CLOSING_GOAL, LIMIT_DISTANCE
-
-NamedMotion = tuple[int, int, int, int, bool, float, bool]
-"""Reason, period, impacts on both stops, symmetric, minimum speed, sticking: as `period_detection.detect_period`."""
 
 
 @kernel
@@ -156,17 +157,17 @@ def _classify_settling(column: Column, lane: int, k: int, returned: int, closed:
     problem, stops, reach = record_of(column.models, lane).forced.free, lane_stops(group, lane), group.reach[lane]
     if group.status[lane] != OK or column.records.sizes[lane, lane_state.COUNTED_IMPACTS] > SETTLING_IMPACTS:
         reason = TOO_MANY_IMPACTS if group.status[lane] == OK else reason_of_end(group.status[lane])
-        _write_motion(codes, figures, (reason, 0, 0, 0, False, np.inf, False), -1, RESOLVED)
+        _write_motion(codes, figures, unnamed(reason), -1, RESOLVED)
         return True
     farthest = reach + error_of(column.tangents.errors, lane)
     if is_free_for_ever(problem, stops, farthest, group.cursor[lane, ANCHOR]):
         _write_free_motion(problem, stops.symmetric, codes, figures, (halves + 1) // 2)
         _write_captured(column, lane)
         return True
-    motion = (NOT_CLOSED, 0, 0, 0, False, np.inf, False)
+    motion = unnamed(NOT_CLOSED)
     if closed or last:
         motion = detect_period(problem, stops, column.history, lane, k, task.max_period, halves, reach)
-    if motion[0] == RESOLVED:
+    if motion.reason == RESOLVED:
         return _classify_named(column, lane, k, motion, last)
     if not last:
         return _classify_approach(column, lane, k, returned)
@@ -359,26 +360,25 @@ def _write_arrival(column: Column, lane: int, k: int) -> None:
 @kernel
 def _write_motion(codes: Integers, figures: Floats, motion: NamedMotion, after: int, unverified: int) -> None:
     """Write the name of a motion, or why it has none; multiplier, exponent and means are not known yet."""
-    reason, period, right, left, symmetric, least, sticking = motion
-    codes[lane_state.REASON] = reason
-    codes[lane_state.PERIOD] = period
-    codes[lane_state.IMPACTS_RIGHT] = right
-    codes[lane_state.IMPACTS_LEFT] = left
-    codes[lane_state.SYMMETRIC] = 1 if symmetric else 0
+    codes[lane_state.REASON] = motion.reason
+    codes[lane_state.PERIOD] = motion.period
+    codes[lane_state.IMPACTS_RIGHT] = motion.impacts_right
+    codes[lane_state.IMPACTS_LEFT] = motion.impacts_left
+    codes[lane_state.SYMMETRIC] = 1 if motion.symmetric else 0
     codes[lane_state.SETTLED_AFTER] = after
-    codes[lane_state.STICKING] = 1 if sticking else 0
+    codes[lane_state.STICKING] = 1 if motion.sticking else 0
     codes[lane_state.GROWTH] = GROWTH_UNDECIDED
     codes[lane_state.UNVERIFIED] = unverified
     codes[lane_state.SENSITIVE] = 0
     figures[:] = np.nan
-    if np.isfinite(least):
-        figures[lane_state.LEAST_VELOCITY] = least
+    if np.isfinite(motion.min_speed):
+        figures[lane_state.LEAST_VELOCITY] = motion.min_speed
 
 
 @kernel
 def _write_free_motion(problem: CellProblem, symmetric: bool, codes: Integers, figures: Floats, after: int) -> None:
     """Write the steady motion without contacts, which attracts all others once no contact is possible any more."""
-    _write_motion(codes, figures, (RESOLVED, 1, -1, -1, symmetric, np.inf, False), after, RESOLVED)
+    _write_motion(codes, figures, without_contacts(symmetric), after, RESOLVED)
     figures[lane_state.MEAN_POSITION], figures[lane_state.MEAN_VELOCITY] = 0.0, 0.0
     figures[lane_state.LYAPUNOV] = _free_exponent(problem)
     figures[lane_state.MULTIPLIER] = math.exp(figures[lane_state.LYAPUNOV])
@@ -399,15 +399,9 @@ def _free_exponent(problem: CellProblem) -> float:
 @kernel
 def _write_verified(codes: Integers, figures: Floats, verified: Verification, after: int) -> None:
     """Write a motion that is verified."""
-    symmetric = verified.length % 2 == 1
-    period = verified.length if symmetric else verified.length // 2
-    right, left = verified.right, verified.left
-    if symmetric:  # the other half of the motion is the mirror image of this one
-        right = left = right + left
-    right, left = right if right > 0 else -1, left if left > 0 else -1
-    _write_motion(
-        codes, figures, (RESOLVED, period, right, left, symmetric, verified.min_impact_speed, False), after, RESOLVED
-    )
+    right, left = float(verified.right), float(verified.left)
+    motion = name_of(verified.length, right, left, 0.0, 0.0, verified.min_impact_speed)
+    _write_motion(codes, figures, motion, after, RESOLVED)
     _write_multiplier(codes, figures, verified.multiplier)
     figures[lane_state.MEAN_POSITION] = verified.mean_position
     figures[lane_state.MEAN_VELOCITY] = verified.mean_velocity

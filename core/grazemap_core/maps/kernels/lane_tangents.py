@@ -122,6 +122,8 @@ class LaneTangents(NamedTuple):
     """Scratch for the changes along a lane alone."""
     run: Run
     """Scratch for a lane alone."""
+    began: Run
+    """Scratch for a lane alone: its state at the start of the half period."""
 
 
 def lane_tangents(masses: int, harmonics: int, halves: int) -> LaneTangents:
@@ -150,6 +152,7 @@ def lane_tangents(masses: int, harmonics: int, halves: int) -> LaneTangents:
         batch=tangent_batch(masses),
         scratch=lyapunov.tangents(masses, (halves + 1) // 2),
         run=new_run(masses, harmonics, SCALAR_EVENTS),
+        began=new_run(masses, harmonics),
     )
 
 
@@ -159,13 +162,11 @@ def tangents_of_lane(tangents: LaneTangents, lane: int) -> lyapunov.Tangents:
     return lyapunov.Tangents(
         tangents.full[lane],
         tangents.scratch.eigen,
-        tangents.errors.changes[lane],
         tangents.scratch.real,
         tangents.scratch.imaginary,
         tangents.growth[lane],
         tangents.scratch.series,
         tangents.moments[lane],
-        tangents.scratch.began,
     )
 
 
@@ -228,7 +229,7 @@ def _carry_again(model: LaneModel, tangents: LaneTangents, lane: int, stops: Sto
     copy_vector(run.near[:3], tangents.near[lane])
     copy_matrix(run.held.state, tangents.resting[lane])
     copy_vector(run.held.since, tangents.since[lane])
-    return run_half_linearised(model.forced, stops, run, half, columns, tangents.scratch.began)
+    return run_half_linearised(model.forced, stops, run, half, columns, tangents.began)
 
 
 @kernel

@@ -32,7 +32,6 @@ from grazemap_core.contact.kernels.cells import (
     bounds,
     contact_acceleration_of,
     contact_motion,
-    flow_state,
     reach_from,
     reference_at,
     reference_at_half,
@@ -65,6 +64,7 @@ from grazemap_core.maps.kernels.separate_tables import (
     put_in_pass,
 )
 from grazemap_core.maps.tolerances import CLOSE_PASSAGE
+from grazemap_core.model.kernels.block_flow import flow_state
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, inlined, kernel, plain
 from grazemap_core.numerics.jit.lane_values import lane_row, lane_value, record_of, table_of
 from grazemap_core.numerics.jit.record_references import reference

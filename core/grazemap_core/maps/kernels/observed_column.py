@@ -125,8 +125,7 @@ def _simulate(forced: Forced, observed: ObservedOutputs, stops: Stops, column: O
         status = close_motion(forced, stops, run, column.periods[i], CLOSING_RETURNS, column.before)
     if status != runs.OK:
         return status
-    watched = (observed, column.totals, column.scratch)
-    return observe_periods(forced, stops, run, column.periods[i], watched)
+    return observe_periods(forced, stops, run, column.periods[i], observed, column.totals, column.scratch)
 
 
 @kernel

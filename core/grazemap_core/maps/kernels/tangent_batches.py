@@ -25,8 +25,7 @@ from grazemap_core.maps.kernels.separate_tables import OF_CHANGES, LaneModels, p
 from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, inlined
 from grazemap_core.numerics.jit.lane_values import lane_row, lane_value, record_of, table_of
 from grazemap_core.records import NamedTuple
-from grazemap_core.simulation.kernels.lyapunov import MIN_SAFE_SQUARE
-from grazemap_core.simulation.tolerances import RANK_ROUNDING
+from grazemap_core.simulation.tolerances import MIN_SAFE_SQUARE, RANK_ROUNDING
 
 BATCH = 16
 """Lanes of a batch: two of the longest vectors of any processor."""

@@ -7,8 +7,26 @@ series is needed there.
 from __future__ import annotations
 
 import math
+from typing import Protocol
 
+from grazemap_core.arrays import Floats
 from grazemap_core.numerics.jit.compiled import kernel
+
+
+class Blocks(Protocol):
+    """Records of n blocks."""
+
+    @property
+    def decay(self) -> Floats:
+        """(n,) Decay of the blocks."""
+
+    @property
+    def discriminant(self) -> Floats:
+        """(n,) Discriminant of the blocks."""
+
+    @property
+    def frequency_squared(self) -> Floats:
+        """(n,) Squared frequency of the blocks."""
 
 
 @kernel
@@ -64,3 +82,13 @@ def block_flow(
     else:
         e22 = envelope - fast * sine
     return envelope + slow * sine, sine, -frequency_squared * sine, e22
+
+
+@kernel
+def flow_state(blocks: Blocks, u: Floats, time: float) -> None:
+    """Carry the states u (n, 2) of n blocks over any time, in place."""
+    for j in range(u.shape[0]):
+        e11, e12, e21, e22 = block_flow(blocks.decay[j], blocks.discriminant[j], blocks.frequency_squared[j], time)
+        first, second = u[j, 0], u[j, 1]
+        u[j, 0] = e11 * first + e12 * second
+        u[j, 1] = e21 * first + e22 * second

@@ -31,21 +31,15 @@ from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.numerics.kernels.eigenvalues import spectral_radius
 from grazemap_core.records import NamedTuple
 from grazemap_core.simulation import tolerances
-from grazemap_core.simulation.kernels.recorded_run import HalfPeriod, half_period
-
-MIN_SAFE_SQUARE = 1e-280
-"""Sums of squares below this, or above its inverse, may have lost digits by underflow or overflow."""
 
 
 class Tangents(NamedTuple):
-    """Scratch for perturbations of a state."""
+    """Scratch for perturbations of a state, and their growth."""
 
     full: Floats
     """(2 N, 2 N) The perturbations of all coordinates, as columns."""
     eigen: Floats
     """(2 N, 2 N) Their matrix, balanced, of which the multipliers are computed."""
-    pair: Floats
-    """(2 N, 2) Two perturbations."""
     real: Floats
     """(2 N,) Receives the real parts of the multipliers."""
     imaginary: Floats
@@ -57,8 +51,6 @@ class Tangents(NamedTuple):
     moments: Floats
     """(2, 2 N, 2) Sums and sums of squares over the stroboscopic orbit, in the first and in the second half of the
     run."""
-    began: HalfPeriod
-    """The start of the half period."""
 
 
 def tangents(blocks: int, periods: int = 0) -> Tangents:
@@ -67,13 +59,11 @@ def tangents(blocks: int, periods: int = 0) -> Tangents:
     return Tangents(
         full=np.zeros((size, size)),
         eigen=np.zeros((size, size)),
-        pair=np.zeros((size, 2)),
         real=np.zeros(size),
         imaginary=np.zeros(size),
         growth=np.zeros((2 * periods, 2)),
         series=np.zeros(2 * periods),
         moments=np.zeros((2, size, 2)),
-        began=half_period(blocks),
     )
 
 
@@ -113,7 +103,7 @@ def _length(columns: Floats, c: int) -> float:
     square = 0.0
     for i in range(columns.shape[0]):
         square += columns[i, c] * columns[i, c]
-    if MIN_SAFE_SQUARE < square < 1.0 / MIN_SAFE_SQUARE:
+    if tolerances.MIN_SAFE_SQUARE < square < 1.0 / tolerances.MIN_SAFE_SQUARE:
         return math.sqrt(square)
     length = 0.0
     for i in range(columns.shape[0]):

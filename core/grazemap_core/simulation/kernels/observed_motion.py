@@ -17,7 +17,7 @@ from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels import runs
 from grazemap_core.contact.kernels.cells import CellProblem, Forced
 from grazemap_core.contact.kernels.half_period import run_half
-from grazemap_core.contact.kernels.runs import Run, write_state
+from grazemap_core.contact.kernels.runs import Run, rests, write_start
 from grazemap_core.contact.kernels.stops import Stops, gap_of, restitution_of
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.model.kernels.response_sums import SAME_SIGN, block_sum
@@ -27,7 +27,6 @@ from grazemap_core.simulation.kernels.output_rows import (
     HIGHEST,
     INTEGRAL,
     LOWEST,
-    MotionPart,
     OutputRows,
     OutputScratch,
     observe_segment,
@@ -61,13 +60,6 @@ class Totals(NamedTuple):
     """(R, 4) Columns as in `output_rows`."""
 
 
-def totals(outputs: int) -> Totals:
-    """Return the totals of nothing."""
-    whole = Totals(np.zeros((5, 2)), np.zeros((outputs, 4)))
-    clear_totals(whole)
-    return whole
-
-
 @kernel
 def clear_totals(totals: Totals) -> None:
     """Begin new totals."""
@@ -75,12 +67,6 @@ def clear_totals(totals: Totals) -> None:
     totals.outputs[:] = 0.0
     totals.outputs[:, HIGHEST] = -np.inf
     totals.outputs[:, LOWEST] = -np.inf
-
-
-@kernel
-def _rests(kind: float) -> bool:
-    """Return whether the state after an event of this kind is held."""
-    return kind != runs.IMPACT and kind != runs.RELEASE and kind != runs.GRAZE
 
 
 @kernel
@@ -95,7 +81,7 @@ def _add_contact(observed: ObservedOutputs, stops: Stops, row: Floats, totals: T
     contacts[IMPACT_COUNT, side] += np.inf if kind == runs.CHATTER else 1.0
     contacts[SPEEDS, side] += speed
     contacts[TOP_SPEED, side] = max(contacts[TOP_SPEED, side], speed)
-    kept = 0.0 if _rests(kind) else restitution
+    kept = 0.0 if rests(kind) else restitution
     contacts[TOTAL_IMPULSE, side] += (1.0 + kept) * mass * speed
     contacts[LOSS, side] += 0.5 * (1.0 - kept) * (1.0 + kept) * mass * speed * speed
     if kind == runs.CHATTER:
@@ -120,7 +106,7 @@ def observe_rows(
     Parameters
     ----------
     rows : (events, EVENT_COLUMNS + 2 N)
-        Its beginning, then every event, with the states after them, as `sampling.sample_motion` takes them.
+        Its beginning, then every event, with the states after them, as `recorded_run.sample_motion` takes them.
     end : (half, time)
         Half period of its end, and time since the start of this half period.
     """
@@ -135,30 +121,15 @@ def observe_rows(
         length = (half - row[runs.HALF]) * half_time + (time - row[runs.TIME])
         if not length > 0.0:
             continue
-        if _rests(row[runs.KIND]):
+        if rests(row[runs.KIND]):
             stop = row[runs.STOP]
             before = totals.outputs[0, INTEGRAL]
-            segment = MotionPart(row, stop * gap_of(stops, stop), length)
-            observe_segment(problem, observed.held, segment, 0, totals.outputs, scratch)
+            place = stop * gap_of(stops, stop)
+            observe_segment(problem, observed.held, row, place, length, 0, totals.outputs, scratch)
             force = stop * observed.effective_mass * (totals.outputs[0, INTEGRAL] - before)
             totals.contacts[TOTAL_IMPULSE, 0 if stop > 0 else 1] += force
         elif totals.outputs.shape[0] > 1:
-            observe_segment(problem, observed.free, MotionPart(row, 0.0, length), 1, totals.outputs, scratch)
-
-
-@kernel
-def begin_record(run: Run, half: int) -> None:
-    """Begin the record of events with the state at the start of a half period."""
-    row = run.events[0]
-    row[:] = 0.0
-    row[runs.HALF] = half
-    row[runs.KIND] = runs.IMPACT
-    if run.cursor[runs.HELD] != 0:
-        row[runs.KIND], row[runs.STOP] = runs.REST, run.cursor[runs.HELD]
-        write_state(row, run.held.state)
-    else:
-        write_state(row, run.u)
-    run.cursor[runs.EVENT_COUNT] = 1
+            observe_segment(problem, observed.free, row, 0.0, length, 1, totals.outputs, scratch)
 
 
 @kernel
@@ -167,7 +138,9 @@ def observe_periods(
     stops: Stops,
     run: Run,
     periods: int,
-    watched: tuple[ObservedOutputs, Totals, OutputScratch],
+    observed: ObservedOutputs,
+    totals: Totals,
+    scratch: OutputScratch,
 ) -> int:
     """Carry a run, at phase 0, over forcing periods, and add them to the totals.
 
@@ -175,9 +148,11 @@ def observe_periods(
     -------
     status : OK, RECORD_FULL when half a period has more events than the record, or why the trajectory ended.
     """
-    observed, totals, scratch = watched
+    half_time = 0.5 * forced.free.cells * forced.free.step
     for half in range(2 * periods):
-        begin_record(run, half)
+        run.cursor[runs.EVENT_COUNT] = 0
+        write_start(run.events[0], run, half, half_time)
+        run.cursor[runs.EVENT_COUNT] = 1
         status = run_half(forced, stops, run, half)
         rows = run.cursor[runs.EVENT_COUNT]
         if rows > run.events.shape[0]:

@@ -16,16 +16,12 @@ import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.contact.kernels.cells import CellProblem, forced_part
-from grazemap_core.contact.kernels.runs import EVENT_COLUMNS, HALF, TIME
-from grazemap_core.model.kernels.block_flow import block_flow
+from grazemap_core.contact.kernels.runs import HALF, TIME, read_state
+from grazemap_core.model.kernels.block_flow import flow_state
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.records import NamedTuple
-from grazemap_core.simulation.tolerances import PEAK_ACCURACY, PEAK_DEPTH
+from grazemap_core.simulation.tolerances import PANEL_DEGREE, PEAK_ACCURACY
 
-PANEL_REACH = 2.0
-"""Length of a panel times the largest exponent or frequency."""
-DEGREE = 22
-"""Degree of the series in a panel; the first term that is left out is 2^23/23! = 3e-16."""
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(10)
 NODES, WEIGHTS = 0.5 * (1.0 + _POINTS), 0.5 * _WEIGHTS
 """Nodes and weights of a panel of length 1. The square of an output turns by 4 in it: ten nodes integrate it with an
@@ -61,35 +57,13 @@ class OutputScratch(NamedTuple):
     state: Floats
     """(N, 2) Blocks at the beginning of a panel."""
     series: Floats
-    """(R, DEGREE + 1) Outputs in a panel, scaled to t in [0, 1]."""
+    """(R, PANEL_DEGREE + 1) Outputs in a panel, scaled to t in [0, 1]."""
     forcing: Floats
-    """(2, DEGREE + 1) Forcing of both equations of a resonant block, likewise."""
+    """(2, PANEL_DEGREE + 1) Forcing of both equations of a resonant block, likewise."""
     last: Floats
     """(R,) Outputs at the end of the last segment."""
     stack: Floats
     """(PEAK_DEPTH, 6) Parts of a panel in which a peak is still sought."""
-
-
-class MotionPart(NamedTuple):
-    """A part of a motion between two events."""
-
-    row: Floats
-    """The event at the start."""
-    place: float
-    """The contact coordinate at rest."""
-    length: float
-    """Length of the part."""
-
-
-def output_scratch(outputs: int, blocks: int) -> OutputScratch:
-    """Return new scratch."""
-    return OutputScratch(
-        state=np.zeros((blocks, 2)),
-        series=np.zeros((outputs, DEGREE + 1)),
-        forcing=np.zeros((2, DEGREE + 1)),
-        last=np.zeros(outputs),
-        stack=np.zeros((PEAK_DEPTH, 6)),
-    )
 
 
 @kernel
@@ -97,14 +71,12 @@ def _begin_panel(
     problem: CellProblem, outputs: OutputRows, row: Floats, passed: float, scratch: OutputScratch
 ) -> float:
     """Write the blocks at the beginning of a panel, a time after an event, and return the phase of the forcing."""
-    for j in range(outputs.decay.shape[0]):
-        e11, e12, e21, e22 = block_flow(outputs.decay[j], outputs.discriminant[j], outputs.frequency_squared[j], passed)
-        first, second = row[EVENT_COLUMNS + 2 * j], row[EVENT_COLUMNS + 2 * j + 1]
-        scratch.state[j, 0] = e11 * first + e12 * second
-        scratch.state[j, 1] = e21 * first + e22 * second
+    state = scratch.state[: outputs.decay.shape[0]]
+    read_state(row, state)
+    flow_state(outputs, state, passed)
     time = row[TIME] + passed
     if outputs.resonant:
-        forced_part(problem, scratch.state, int(row[HALF]), time, 1.0)
+        forced_part(problem, state, int(row[HALF]), time, 1.0)
     angle: float = math.pi * (row[HALF] % 2.0) + problem.omega * time
     return angle
 
@@ -135,7 +107,7 @@ def _expand(
     for h in range(problem.orders.shape[0]):
         term = cmath.exp(complex(0.0, problem.orders[h] * angle))
         turning = complex(0.0, problem.orders[h] * problem.omega * step)
-        for m in range(DEGREE + 1):
+        for m in range(PANEL_DEGREE + 1):
             for r in range(count):
                 series[r, m] += (outputs.harmonics[r, h] * term).imag
             term *= turning / (m + 1.0)
@@ -144,7 +116,7 @@ def _expand(
         first, second = scratch.state[j, 0], scratch.state[j, 1]
         if outputs.resonant:
             _expand_forcing(problem, j, angle, step, scratch.forcing)
-        for m in range(DEGREE + 1):
+        for m in range(PANEL_DEGREE + 1):
             for r in range(count):
                 series[r, m] += outputs.values[r, 2 * j] * first + outputs.values[r, 2 * j + 1] * second
             rate, rate_of_rate = second, -square * first - twice * second
@@ -157,8 +129,8 @@ def _expand(
 @kernel
 def _value_and_rate(series: Floats, t: float) -> tuple[float, float]:
     """Return a series and its derivative at t in [0, 1]."""
-    y, rate = series[DEGREE], 0.0
-    for m in range(DEGREE - 1, -1, -1):
+    y, rate = series[PANEL_DEGREE], 0.0
+    for m in range(PANEL_DEGREE - 1, -1, -1):
         rate = rate * t + y
         y = y * t + series[m]
     return y, rate
@@ -171,14 +143,14 @@ def _raise_peak(series: Floats, sign: float, highest: float, stack: Floats) -> f
     The result is NaN where a bound overflows or is NaN, and where `highest` is NaN.
 
     The stack is never full. On an interval of length l the control points of the interpolant exceed the larger end by
-    at most ``l^2 M/6``, with M a bound of the second derivative, and M and the fourth derivative are at most
-    DEGREE (DEGREE - 1) and DEGREE (DEGREE - 1) (DEGREE - 2) (DEGREE - 3) times `size`. Round-off of at most e at either
-    end adds ``2 e/3``, and Horner's rule has ``e < 2 (DEGREE + 1) size 2^-53``. So an interval is not halved once
+    at most ``l^2 M/6``, with M a bound of the second derivative. With d = PANEL_DEGREE, M and the fourth derivative are
+    at most ``d (d - 1)`` and ``d (d - 1) (d - 2) (d - 3)`` times `size`. Round-off of at most e at either end adds
+    ``2 e/3``, and Horner's rule has ``e < 2 (d + 1) size 2^-53``. So an interval is not halved once
     ``77 l^2 + 458 l^4 + 3.5e-15`` is less than PEAK_ACCURACY, which is so after 27 halvings. One interval waits for
     each of them: with the last one, 28.
     """
     fourth, size = 0.0, 0.0
-    for m in range(DEGREE + 1):
+    for m in range(PANEL_DEGREE + 1):
         size += abs(series[m])
         fourth += m * (m - 1.0) * (m - 2.0) * (m - 3.0) * abs(series[m])
     fourth /= 384.0  # of the error of a Hermite interpolant
@@ -211,18 +183,32 @@ def _raise_peak(series: Floats, sign: float, highest: float, stack: Floats) -> f
 
 @kernel
 def observe_segment(
-    problem: CellProblem, outputs: OutputRows, segment: MotionPart, first: int, totals: Floats, scratch: OutputScratch
+    problem: CellProblem,
+    outputs: OutputRows,
+    row: Floats,
+    place: float,
+    length: float,
+    first: int,
+    totals: Floats,
+    scratch: OutputScratch,
 ) -> None:
-    """Add a part of a motion between two events to the totals (R, 4) of the outputs from `first` on.
+    """Add the motion over a time `length` after an event to the totals (R, 4) of the outputs from `first` on.
 
-    The output 0 has no peaks. On return `scratch.last` has the others at the end of the segment.
+    The output 0 has no peaks. On return `scratch.last` has the others at the end of that time.
+
+    Parameters
+    ----------
+    row : (EVENT_COLUMNS + 2 N,)
+        The event, with the state after it.
+    place : float
+        The contact coordinate, if the contact rests.
     """
     count = outputs.constants.shape[0]
-    panels = math.ceil(segment.length / outputs.panel)
-    step = segment.length / panels
+    panels = math.ceil(length / outputs.panel)
+    step = length / panels
     for p in range(panels):
-        angle = _begin_panel(problem, outputs, segment.row, step * p, scratch)
-        _expand(problem, outputs, angle, step, segment.place, scratch)
+        angle = _begin_panel(problem, outputs, row, step * p, scratch)
+        _expand(problem, outputs, angle, step, place, scratch)
         for r in range(first, count):
             series = scratch.series[r]
             total, square = 0.0, 0.0

@@ -32,13 +32,46 @@ import numpy as np
 from grazemap_core.arrays import Floats
 from grazemap_core.codes import INFINITE, NEAR_GRAZING, NOT_CLOSED, RESOLVED, SLOW_CONVERGENCE
 from grazemap_core.contact.kernels import runs
-from grazemap_core.contact.kernels.cells import CellProblem
+from grazemap_core.contact.kernels.cells import CellProblem, reach_from
+from grazemap_core.contact.kernels.half_period import is_free_for_ever
 from grazemap_core.contact.kernels.runs import Run, clear_tally
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.numerics.jit.lane_values import lane_row, lane_value
 from grazemap_core.records import NamedTuple
 from grazemap_core.simulation import tolerances
+
+
+class NamedMotion(NamedTuple):
+    """The name n-p_r-q_l of a motion, or the reason why it has none; all other fields are then meaningless."""
+
+    reason: int
+    """RESOLVED, or why the motion has no name."""
+    period: int
+    """n, forcing periods."""
+    impacts_right: int
+    """Impacts on the right stop per n forcing periods: -1 if the stop is not touched, INFINITE with a complete chatter,
+    0 if the contact rests there without an impact."""
+    impacts_left: int
+    """Impacts on the left stop, likewise."""
+    symmetric: bool
+    """Whether the motion is its own mirror image, half a period later."""
+    min_speed: float
+    """Minimum impact speed over two returns of z; infinite without impacts, 0 with a complete chatter."""
+    sticking: bool
+    """Whether the contact rests on a stop during a part of the period."""
+
+
+@kernel
+def unnamed(reason: int) -> NamedMotion:
+    """Return a motion without a name."""
+    return NamedMotion(reason, 0, 0, 0, False, np.inf, False)
+
+
+@kernel
+def without_contacts(symmetric: bool) -> NamedMotion:
+    """Return the name of the steady motion between the stops."""
+    return NamedMotion(RESOLVED, 1, -1, -1, symmetric, np.inf, False)
 
 
 class StroboscopicHistory(NamedTuple):
@@ -138,6 +171,19 @@ def _largest_return(problem: CellProblem, ring: StroboscopicHistory, lane: int, 
     for i in range(m):
         largest = max(largest, separation(problem, ring, lane, k - i, m, unit, np.inf))
     return largest
+
+
+@kernel
+def _contraction(
+    problem: CellProblem, ring: StroboscopicHistory, lane: int, k: int, m: int, unit: float, last_return: float
+) -> float:
+    """Return the slower of the two contractions of returns over the last three windows of m half periods.
+
+    `last_return` is that of the last window (`_largest_return`).
+    """
+    earlier_return = _largest_return(problem, ring, lane, k - m, m, unit)
+    first_return = _largest_return(problem, ring, lane, k - 2 * m, m, unit)
+    return max(last_return / earlier_return, earlier_return / first_return)
 
 
 @kernel
@@ -256,10 +302,7 @@ def orbit_nearby(
     slowest_rate = 1.0 if verified_before else tolerances.APPROACH_RATE
     unit = stops.unit
     last_return = _largest_return(problem, ring, lane, k, m, unit)
-    earlier_return = _largest_return(problem, ring, lane, k - m, m, unit)
-    if not last_return / earlier_return < slowest_rate:
-        return np.inf
-    rate = max(last_return / earlier_return, earlier_return / _largest_return(problem, ring, lane, k - 2 * m, m, unit))
+    rate = _contraction(problem, ring, lane, k, m, unit, last_return)
     if not rate < slowest_rate:
         return np.inf
     repeats, _, min_unpressed_speed = compare_windows(ring, lane, k, m)
@@ -318,6 +361,23 @@ def _impacts_of_period(ring: StroboscopicHistory, lane: int, k: int, m: int) -> 
 
 
 @kernel
+def name_of(m: int, right: float, left: float, held_right: float, held_left: float, min_speed: float) -> NamedMotion:
+    """Return the name of a motion by what happens in the m half periods after which it repeats, or is mirrored.
+
+    These are its impacts on the right and on the left stop, and the half periods in which the contact rests on it.
+    """
+    symmetric = m % 2 == 1
+    if symmetric:  # the other m half periods are the mirror image of these
+        right = left = right + left
+        held_right = held_left = held_right + held_left
+    impacts_right, impacts_left = _count(right, held_right), _count(left, held_left)
+    sticking = held_right + held_left > 0.0
+    return NamedMotion(
+        RESOLVED, m if symmetric else m // 2, impacts_right, impacts_left, symmetric, min_speed, sticking
+    )
+
+
+@kernel
 def detect_period(
     problem: CellProblem,
     stops: Stops,
@@ -327,8 +387,10 @@ def detect_period(
     max_period: int,
     entered: int,
     reach: float,
-) -> tuple[int, int, int, int, bool, float, bool]:
-    """Return the name of the motion of a lane after k half periods, or the reason why it is unresolved.
+) -> NamedMotion:
+    """Return the motion of a lane after k half periods.
+
+    The reason of a motion without a name is NOT_CLOSED, SLOW_CONVERGENCE or NEAR_GRAZING.
 
     Parameters
     ----------
@@ -336,55 +398,48 @@ def detect_period(
         Half periods of the lane's trajectory that are in the ring: k, or fewer if it began later.
     reach : float
         Bound of |q| without stops (`cells.bounds`): round-off is relative to it, not to the gaps.
-
-    Returns
-    -------
-    reason : RESOLVED, NOT_CLOSED, SLOW_CONVERGENCE or NEAR_GRAZING.
-    period, impacts_right, impacts_left : int
-        The motion n-p_r-q_l; impacts are -1 for a stop that is not touched, INFINITE with a complete chatter, 0 for a
-        stop that the contact rests on without an impact. All 0 unless RESOLVED.
-    symmetric : bool
-    min_speed : float
-        Minimum impact speed over the last 2 m half periods; infinite without impacts, 0 with a complete chatter.
-    sticking : bool
-        Whether the contact rests on a stop during a part of the period.
     """
     unit = stops.unit
     m = _first_return(problem, stops, ring, lane, k, min(2 * max_period, entered // 4), tolerances.CLOSING_GOAL)
     if m == 0 or (m % 2 == 1 and m > max_period):
-        return NOT_CLOSED, 0, 0, 0, False, np.inf, False
+        return unnamed(NOT_CLOSED)
     last_return = _largest_return(problem, ring, lane, k, m, unit)
     repeats, min_speed, min_unpressed_speed = compare_windows(ring, lane, k, m)
     if not repeats:
-        return NOT_CLOSED, 0, 0, 0, False, np.inf, False
+        return unnamed(NOT_CLOSED)
     speed = min_unpressed_speed / (problem.omega * unit)
     # a slow impact amplifies round-off by one over its speed
     floor = min(tolerances.CLOSING_GOAL, tolerances.CLOSING_FLOOR * max(1.0, reach / unit) / min(1.0, speed))
     limit_distance = floor
     if last_return > floor:
-        earlier_return = _largest_return(problem, ring, lane, k - m, m, unit)
-        rate = max(
-            last_return / earlier_return, earlier_return / _largest_return(problem, ring, lane, k - 2 * m, m, unit)
-        )
+        rate = _contraction(problem, ring, lane, k, m, unit, last_return)
         if not rate <= tolerances.SLOWEST_RATE or last_return > tolerances.CLOSING_GOAL:
-            return SLOW_CONVERGENCE, 0, 0, 0, False, np.inf, False
+            return unnamed(SLOW_CONVERGENCE)
         limit_distance = max(limit_distance, last_return * rate / (1.0 - rate))
         if limit_distance > tolerances.LIMIT_DISTANCE:
-            return SLOW_CONVERGENCE, 0, 0, 0, False, np.inf, False
+            return unnamed(SLOW_CONVERGENCE)
     away = tolerances.SEPARATION * tolerances.LIMIT_DISTANCE
     for smaller in range(1, m):
         if (smaller % 2 == 0 or stops.symmetric) and separation(problem, ring, lane, k, smaller, unit, away) <= away:
-            return SLOW_CONVERGENCE, 0, 0, 0, False, np.inf, False
+            return unnamed(SLOW_CONVERGENCE)
     if speed * speed <= tolerances.SEPARATION * limit_distance:
-        return NEAR_GRAZING, 0, 0, 0, False, np.inf, False
+        return unnamed(NEAR_GRAZING)
     right, left, held_right, held_left = _impacts_of_period(ring, lane, k, m)
     if right + left == 0.0 and held_right + held_left > 0.0:
         # the contact has rested all the time, and the springs release it later: this is not the final motion
-        return NOT_CLOSED, 0, 0, 0, False, np.inf, False
-    symmetric = m % 2 == 1
-    if symmetric:  # the other m half periods are the mirror image of these
-        right = left = right + left
-        held_right = held_left = held_right + held_left
-    period = m if symmetric else m // 2
-    sticking = held_right + held_left > 0.0
-    return RESOLVED, period, _count(right, held_right), _count(left, held_left), symmetric, min_speed, sticking
+        return unnamed(NOT_CLOSED)
+    return name_of(m, right, left, held_right, held_left, min_speed)
+
+
+@kernel
+def motion_of_run(
+    problem: CellProblem, stops: Stops, ring: StroboscopicHistory, run: Run, k: int, max_period: int
+) -> NamedMotion:
+    """Return the motion of a run after k half periods, whose history is lane 0 of the ring.
+
+    As `detect_period`, but it is the steady motion at once where no contact is possible any more.
+    """
+    reach = reach_from(problem, stops, run.u, k)
+    if is_free_for_ever(problem, stops, reach, run.cursor[runs.ANCHOR]):
+        return without_contacts(stops.symmetric)
+    return detect_period(problem, stops, ring, 0, k, max_period, k, reach)

@@ -1,72 +1,47 @@
-"""A trajectory with a record of its events, half period by half period."""
+"""A trajectory with a record of its events, and samples of it in closed form.
+
+A sample is computed from the last event before it, so errors do not accumulate.
+"""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numba import njit
 
-from grazemap_core.arrays import Floats, Integers
-from grazemap_core.contact.kernels.cells import Forced
+from grazemap_core.arrays import Complexes, Floats, Integers
+from grazemap_core.contact.kernels.cells import Forced, forced_part
 from grazemap_core.contact.kernels.half_period import run_half
-from grazemap_core.contact.kernels.runs import EVENT_COUNT, OK, RECORD_FULL, UNDECIDED, Run
-from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel
+from grazemap_core.contact.kernels.runs import (
+    EVENT_COUNT,
+    HALF,
+    KIND,
+    OK,
+    RECORD_FULL,
+    STOP,
+    TIME,
+    HeldRun,
+    Run,
+    copy_state,
+    read_state,
+    rests,
+)
+from grazemap_core.contact.kernels.sticking_flow import held_motion, turn_to
+from grazemap_core.contact.kernels.stops import Stops, gap_of
+from grazemap_core.model.kernels.block_flow import flow_state
+from grazemap_core.numerics.kernels.double_double import TWO_PI, Pair, divide, two_prod
 from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.kernels.period_detection import StroboscopicHistory, record_half_period
 
 
-class HalfPeriod(NamedTuple):
-    """The state at the start of a half period, so that it can be repeated."""
-
-    state: Floats
-    """(N, 2) The free state."""
-    resting: Floats
-    """(N - 1, 2) The held state."""
-    cursor: Integers
-    """(4,) As in `runs.Run`."""
-    floats: Floats
-    """(6,) The first three entries of `near`, `HeldRun.since`, and the number of undecided events."""
-
-
-def half_period(blocks: int) -> HalfPeriod:
-    """Return new scratch for an oscillator of `blocks` masses."""
-    return HalfPeriod(
-        state=np.zeros((blocks, 2)),
-        resting=np.zeros((blocks - 1, 2)),
-        cursor=np.zeros(4, dtype=np.int64),
-        floats=np.zeros(6),
-    )
-
-
-@kernel
-def save_start(began: HalfPeriod, run: Run) -> None:
-    """Save the state and the regime of a trajectory."""
-    copy_matrix(began.state, run.u)
-    copy_matrix(began.resting, run.held.state)
-    copy_vector(began.cursor, run.cursor)
-    copy_vector(began.floats[:3], run.near)
-    copy_vector(began.floats[3:5], run.held.since)
-    began.floats[5] = run.tally[UNDECIDED]
-
-
-@kernel
-def restore_start(began: HalfPeriod, run: Run) -> None:
-    """Restore what `save_start` saved."""
-    copy_matrix(run.u, began.state)
-    copy_matrix(run.held.state, began.resting)
-    copy_vector(run.cursor, began.cursor)
-    copy_vector(run.near[:3], began.floats)
-    copy_vector(run.held.since, began.floats[3:5])
-    run.tally[UNDECIDED] = began.floats[5]
-
-
 @njit(cache=True, nogil=True, error_model="numpy")
 def run_recorded(
-    forced: Forced, stops: Stops, run: Run, halves_done: int, halves: int, ring: StroboscopicHistory
+    forced: Forced, stops: Stops, run: Run, began: Run, halves_done: int, halves: int, ring: StroboscopicHistory
 ) -> tuple[int, int]:
     """Advance a run to `halves` half periods, with events recorded in run.events and half periods in the ring.
 
-    The caller sets run.cursor and records half period 0 before the first call.
+    The caller sets run.cursor and records half period 0 before the first call. `began` is scratch.
 
     Returns
     -------
@@ -74,14 +49,123 @@ def run_recorded(
     done : int
         Half periods completed. With RECORD_FULL the state is that after these, otherwise that at the end.
     """
-    began = HalfPeriod(np.empty_like(run.u), np.empty_like(run.held.state), np.empty_like(run.cursor), np.empty(6))
     for half in range(halves_done, halves):
-        save_start(began, run)
+        copy_state(began, run)
         status = run_half(forced, stops, run, half)
         if run.cursor[EVENT_COUNT] > run.events.shape[0]:
-            restore_start(began, run)
+            copy_state(run, began)
             return RECORD_FULL, half
         if status != OK:
             return status, half
         record_half_period(ring, half + 1, run)
     return OK, halves
+
+
+class Moments(NamedTuple):
+    """Times at which a motion is sampled, each array of shape (n,)."""
+
+    row: Integers
+    """The last event at or before each time."""
+    half: Integers
+    """Half forcing periods that have passed, an even number."""
+    within: Floats
+    """Time since the end of these half periods."""
+    angle: Floats
+    """The corresponding angle of the forcing."""
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def split_times(times: Floats, omega: float) -> tuple[Integers, Floats]:
+    """Return the whole forcing periods in each time (n,), and the remainders, to a few roundings of the times.
+
+    The period is used with more digits than a double has, so that long times do not lose accuracy.
+    """
+    period, period_low = divide(TWO_PI, Pair(omega, 0.0))
+    whole = np.empty(times.shape[0], dtype=np.int64)
+    within = np.empty(times.shape[0])
+    for n in range(times.shape[0]):
+        whole[n] = int(times[n] / period)
+        product, error = two_prod(float(whole[n]), period)
+        within[n] = (times[n] - product) - error - whole[n] * period_low
+    return whole, within
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def events_before(rows: Floats, half: Integers, within: Floats, half_time: float) -> Integers:
+    """Return the index of the last event at or before each of a list of increasing times (n,).
+
+    Parameters
+    ----------
+    rows : (events, EVENT_COLUMNS + 2 N)
+        As `sample_motion` takes them.
+    half, within : (n,)
+        As in `Moments`.
+    half_time : float
+        Duration of a half period.
+    """
+    places = np.empty(half.shape[0], dtype=np.int64)
+    row = 0
+    for n in range(half.shape[0]):
+        while (
+            row + 1 < rows.shape[0] and (rows[row + 1, HALF] - half[n]) * half_time + rows[row + 1, TIME] <= within[n]
+        ):
+            row += 1
+        places[n] = row
+    return places
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def sample_motion(
+    forced: Forced, shape: Floats, steady: Complexes, rows: Floats, stops: Stops, moments: Moments
+) -> tuple[Floats, Floats]:
+    """Return displacements from the static equilibrium and velocities, each (N, n), at given times.
+
+    Parameters
+    ----------
+    shape : (N, N, 2)
+        As in `ModalModel`.
+    steady : complex (H, 2, N + 1)
+        From `reference_response`, the initial phase included.
+    rows : (events, EVENT_COLUMNS + 2 N)
+        The start of the record, then its events in order of time, each with the state after it. The contact is free
+        after IMPACT, GRAZE and RELEASE, and at rest after any other kind; in the summed impacts of a chatter it rests.
+    """
+    problem, held_problem = forced.free, forced.held
+    row, half, within, angle = moments
+    count = shape.shape[0]
+    half_time = math.pi / problem.omega
+    x = np.empty((count, row.shape[0]))
+    v = np.empty((count, row.shape[0]))
+    u = np.empty((count, 2))
+    harmonics = problem.orders.shape[0]
+    held = HeldRun(np.empty((count - 1, 2)), np.empty(2), np.empty((harmonics, 2)), np.empty(2 * count))
+    for n in range(row.shape[0]):
+        event = rows[row[n]]
+        passed = (half[n] - event[HALF]) * half_time + (within[n] - event[TIME])
+        if rests(event[KIND]):
+            read_state(event, held.state)
+            flow_state(held_problem, held.state, passed)
+            turn_to(held_problem, held, 0, angle[n])
+            held_motion(held_problem, held, event[STOP] * gap_of(stops, event[STOP]))
+            for i in range(count):
+                x[i, n] = held.physical[i]
+                v[i, n] = held.physical[count + i]
+            continue
+        read_state(event, u)
+        flow_state(problem, u, passed)
+        forced_part(problem, u, int(event[HALF]), passed + event[TIME], 1.0)
+        x[:, n] = 0.0
+        v[:, n] = 0.0
+        for h in range(problem.orders.shape[0]):
+            order = problem.orders[h]
+            c, s = math.cos(order * angle[n]), math.sin(order * angle[n])
+            for i in range(count):
+                x[i, n] += steady[h, 0, i].imag * c + steady[h, 0, i].real * s
+                v[i, n] += order * problem.omega * (steady[h, 1, i].real * c - steady[h, 1, i].imag * s)
+        for i in range(count):
+            for j in range(count):
+                a, b = shape[i, j, 0], shape[i, j, 1]
+                second = -problem.frequency_squared[j] * u[j, 0] - 2.0 * problem.decay[j] * u[j, 1]
+                x[i, n] += a * u[j, 0] + b * u[j, 1]
+                v[i, n] += a * u[j, 1] + b * second
+    return x, v

@@ -23,12 +23,11 @@ from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels import runs
 from grazemap_core.contact.kernels.cells import CellProblem, Forced, contact_acceleration_of, reference_at
 from grazemap_core.contact.kernels.half_period import run_half
-from grazemap_core.contact.kernels.runs import Run
+from grazemap_core.contact.kernels.runs import Run, copy_state
 from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.kernels.stops import Stops, restitution_of
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.numerics.jit.compiled import kernel
-from grazemap_core.simulation.kernels.recorded_run import HalfPeriod, restore_start, save_start
 
 GRAZED = 101
 """There is an impact at zero velocity, where the flow has no derivative."""
@@ -188,7 +187,7 @@ def carry_tangent(forced: Forced, stops: Stops, run: Run, half: int, resting: bo
 
 
 @kernel
-def run_half_linearised(forced: Forced, stops: Stops, run: Run, half: int, tangent: Floats, began: HalfPeriod) -> int:
+def run_half_linearised(forced: Forced, stops: Stops, run: Run, half: int, tangent: Floats, began: Run) -> int:
     """Advance a run and the linearised flow along it over half a forcing period, both in place.
 
     Parameters
@@ -199,7 +198,7 @@ def run_half_linearised(forced: Forced, stops: Stops, run: Run, half: int, tange
         Index of the half period.
     tangent : (2 N, k)
         As in `carry_tangent`.
-    began : HalfPeriod
+    began : Run
         Scratch.
 
     Returns
@@ -207,11 +206,11 @@ def run_half_linearised(forced: Forced, stops: Stops, run: Run, half: int, tange
     status : OK; RECORD_FULL if run.events is too short, with all arguments as before the call; GRAZED; or the status
         with which the trajectory ended.
     """
-    save_start(began, run)
+    copy_state(began, run)
     run.cursor[runs.EVENT_COUNT] = 0
     status = run_half(forced, stops, run, half)
     if run.cursor[runs.EVENT_COUNT] > run.events.shape[0]:
-        restore_start(began, run)
+        copy_state(run, began)
         return runs.RECORD_FULL
     if status != runs.OK:
         return status
