@@ -25,9 +25,9 @@ from grazemap_core.contact.stops import Clearance, both_clearances, stops_table
 from grazemap_core.contact.trajectory_models import trajectory_models
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.kernels.first_pass import LANE_BLOCK
-from grazemap_core.maps.kernels.lane_tables import LANES, LaneModel, lane_tables
-from grazemap_core.maps.kernels.lockstep import LANE_EVENT_COLUMNS, Engine, lanes, run_half, start_lane
-from grazemap_core.maps.kernels.separate_tables import SHARED_TABLES
+from grazemap_core.maps.kernels.lane_tables import LANES, SHARED_TABLES, LaneModel, lane_tables
+from grazemap_core.maps.kernels.lanes import LANE_EVENT_COLUMNS, lanes, start_lane
+from grazemap_core.maps.kernels.lockstep import Engine, run_half
 from grazemap_core.maps.runner import impulse_blocks, shared_model
 from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.oscillator import Oscillator
@@ -141,7 +141,7 @@ def first_impacts(
         used = (count + LANE_BLOCK - 1) // LANE_BLOCK * LANE_BLOCK
         _run_halves(Engine((0,) * size, shared_model(model), SHARED_TABLES, group, run), 2 * periods, used)
         events[low : low + count] = group.events[:count]
-        seen[low : low + count] = group.cursor[:count, EVENT_COUNT]
+        seen[low : low + count] = group.contacts.cursor[:count, EVENT_COUNT]
         impacts[low : low + count] = group.tally[FOLLOWED, :count]
         status[low : low + count] = group.status[:count]
     beyond = np.arange(first) >= seen[:, None]

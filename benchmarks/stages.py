@@ -36,7 +36,7 @@ from grazemap_core.maps.kernels.first_pass import (
     solve_impacts,
 )
 from grazemap_core.maps.kernels.lane_tables import LANES, LaneTables, lane_tables
-from grazemap_core.maps.kernels.lockstep import Lanes, lanes
+from grazemap_core.maps.kernels.lanes import Lanes, lanes
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.numerics.jit.record_references import reference
 

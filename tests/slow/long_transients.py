@@ -25,7 +25,7 @@ from grazemap_core.contact.stops import both_clearances
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.runner import Runner, RunSettings
 from grazemap_core.maps.starts import AtRest
-from grazemap_core.orbits.kernels.verification import verify
+from grazemap_core.orbits.kernels.verification import Guess, verify
 from grazemap_core.simulation.start import forced_oscillator
 from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.general_oracle import GeneralOracle
@@ -73,8 +73,8 @@ class Capture:
     def distance(self, state: Floats) -> float:
         """The distance of a state from the orbit, in units of that at which it is captured."""
         self.scratch.capture.arrival[...] = state
-        args = self.forced.stops, self.count, self.length, 1e6, 0.0
-        verification = verify(self.kernels.free, self.runner._blocks, self.scratch, *args)
+        guess = Guess(self.count, self.length, 1e6, 0.0)
+        verification = verify(self.kernels.free, self.runner._blocks, self.forced.stops, guess, self.scratch)
         return float(verification.ratio) if verification.reason == RESOLVED else np.inf
 
     def centre(self) -> Floats | None:

@@ -7,11 +7,9 @@ the impact law is applied, and complete chatter and rest on a stop are followed 
 - `trajectory_models`: its modal models with the contact free and at rest.
 - `reference_motion`: the motion that states are relative to.
 - `stops`: the stops, from the clearances that users give.
-- `kernels.half_period`: a trajectory over half a forcing period.
-- `kernels.event_loop`: the impacts of one cell.
+- `kernels.half_period`: a trajectory over half a forcing period, and through the impacts of one cell.
 - `kernels.first_contact`: the test that a cell has no contact, and the search for the first contact.
-- `kernels.sticking`: how the contact comes to rest on a stop and is released.
-- `kernels.sticking_flow`: states and flow while it rests.
+- `kernels.sticking`: how the contact comes to rest on a stop and is released, and the motion in between.
 - `kernels.cells`, `kernels.cell_factors`: flow and series over one cell, and their tables.
 - `kernels.runs`: the run of a trajectory, statuses and the record of events.
 """

@@ -12,8 +12,7 @@ import numpy as np
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.contact import tolerances
 from grazemap_core.contact.kernels.cell_factors import cell_length, tabulate_flow
-from grazemap_core.contact.kernels.cells import CellProblem, Forced
-from grazemap_core.contact.kernels.sticking_flow import HeldProblem
+from grazemap_core.contact.kernels.cells import CellProblem, Forced, HeldProblem
 from grazemap_core.contact.reference_motion import (
     half_period_phases,
     real_and_imaginary,

@@ -29,6 +29,10 @@ estimate is below this tolerance, which r = 2e-5 achieves for a constant contact
 hundredth of 1e-12, the accuracy of the times of accumulation and release.
 """
 
+CHATTER_CHANGE: Final = 0.5
+"""Relative change of the contact acceleration during the remaining impacts of a complete chatter from which on they are
+not summed: half of that with which it might vanish before the contact is at rest."""
+
 ANCHORED_GAP: Final = 1e-3
 """Gap to the stop just left, in units of the clearance, below which it is carried from cell to cell as a separate
 number: computed from positions, whose round-off is EPSILON of the clearance, it would lose digits."""

@@ -16,8 +16,7 @@ from grazemap_core.contact.forced import ForcedStructure
 from grazemap_core.contact.kernels.cells import Forced
 from grazemap_core.contact.kernels.runs import EVENT_COLUMNS, new_run
 from grazemap_core.maps.kernels import lane_state, observed_column
-from grazemap_core.maps.kernels.final_states import MAX_ORBIT_IMPACTS
-from grazemap_core.maps.kernels.lane_state import TrajectoryResults
+from grazemap_core.maps.kernels.lane_state import MAX_ORBIT_IMPACTS, TrajectoryResults
 from grazemap_core.maps.kernels.observed_column import ObservedColumn, observe_column
 from grazemap_core.simulation.motion import KINDS, kinds_of
 from grazemap_core.simulation.observables import Observables, observed_outputs, whole_steady

@@ -18,31 +18,34 @@ from grazemap_core.contact.stops import STOPS_UNIT, Clearance, both_clearances, 
 from grazemap_core.contact.trajectory_models import trajectory_models
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.classification import classify_lane
-from grazemap_core.maps.kernels.column import Column, return_search
-from grazemap_core.maps.kernels.final_states import final_states
 from grazemap_core.maps.kernels.first_pass import PITCH
 from grazemap_core.maps.kernels.lane_errors import LaneErrors
 from grazemap_core.maps.kernels.lane_scheduler import settle_column
 from grazemap_core.maps.kernels.lane_state import (
     ENDED_EARLY,
     RESTS,
+    Column,
     ColumnStarts,
     ColumnTask,
     TrajectoryResults,
+    final_states,
     lane_records,
+    return_search,
 )
-from grazemap_core.maps.kernels.lane_tables import LANES, LaneModel, lane_tables
-from grazemap_core.maps.kernels.lane_tangents import RECORDED_IMPACTS, lane_tangents
-from grazemap_core.maps.kernels.lockstep import lanes
-from grazemap_core.maps.kernels.second_pass import WIDTH as SECOND_PASS
-from grazemap_core.maps.kernels.separate_tables import (
+from grazemap_core.maps.kernels.lane_tables import (
+    LANES,
     OF_GROUP,
     SHARED_TABLES,
+    LaneModel,
     LaneModels,
     SeparateModels,
     TablesPerLane,
+    lane_tables,
     separate_tables,
 )
+from grazemap_core.maps.kernels.lane_tangents import RECORDED_IMPACTS, lane_tangents
+from grazemap_core.maps.kernels.lanes import lanes
+from grazemap_core.maps.kernels.second_pass import WIDTH as SECOND_PASS
 from grazemap_core.maps.kernels.tangent_batches import BATCH as CHANGES
 from grazemap_core.maps.map_observables import figures_of_column
 from grazemap_core.maps.starts import AboutMiddle, AtRest, BetweenStops, FromState, Start
@@ -557,14 +560,8 @@ def impulse_blocks(model: ModalModel, wanted: bool) -> ImpulseBlocks:
     """
     response, unit_impulse = impulse_response(model), np.zeros((len(model.decay), 2))
     unit_impulse[response.seen] = np.stack([response.value, response.slope], axis=1)
-    return ImpulseBlocks(
-        decay=np.ascontiguousarray(model.decay),
-        discriminant=np.ascontiguousarray(model.discriminant),
-        frequency_squared=np.ascontiguousarray(model.frequency_squared),
-        frequency=np.sqrt(model.frequency_squared),
-        unit_impulse=unit_impulse,
-        verifiable=wanted and not bool(np.any(model.undamped)),
-    )
+    verifiable = wanted and not bool(np.any(model.undamped))
+    return ImpulseBlocks(np.sqrt(model.frequency_squared), unit_impulse, verifiable)
 
 
 def _in_blocks(model: ModalModel, states: Floats) -> Floats:

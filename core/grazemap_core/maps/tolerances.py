@@ -23,9 +23,22 @@ computed one by one."""
 LANE_REST_SHARE: Final = 1e-4
 """Duration of a rebound with a constant contact acceleration, as a share of a cell, up to which a lane goes through a
 second pass, to decide whether the contact may come to rest. It has to exceed the cube root of CHATTER_ACCURACY, 2.2e-5,
-the share with which it may (`event_loop.may_rest`); the factor of 4.6 covers the error of the contact acceleration,
+the share with which it may (`half_period.may_rest`); the factor of 4.6 covers the error of the contact acceleration,
 which is known to about five digits there, and costs next to nothing."""
 assert LANE_REST_SHARE**3 > CHATTER_ACCURACY
+
+PARABOLA_DIVISOR: Final = 1e-300
+"""Lower bound of the denominator of a parabola's root, from which the search for a contact starts: only a division by
+zero is avoided, and the root is limited to the cell anyway."""
+
+LANE_SPLIT: Final = 0.125
+"""Least distance from either end, as a share of the rest of a cell, at which a second pass splits it to bound the gap
+on both parts: a shorter part leaves the bound on the other one nearly as it is. Both bounds hold for any number; lanes
+that they do not clear are computed one by one."""
+
+OTHER_STOP_SHARE: Final = 0.95
+"""Maximum distance of the contact from a stop, as a share of the distance of the stops, at which it does not touch the
+other one in a second pass; the margin is wide because such lanes are rare."""
 
 ROOT_CHANGE: Final = 1e-8
 """Last change of a contact by Halley's method, in half cells, up to which it has converged."""

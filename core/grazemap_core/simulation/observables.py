@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from grazemap_core.arrays import Complexes, Floats
-from grazemap_core.contact.kernels.cells import Forced
-from grazemap_core.contact.kernels.sticking_flow import HeldProblem
+from grazemap_core.contact.kernels.cells import Forced, HeldProblem
 from grazemap_core.contact.trajectory_models import TrajectoryModels
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.equilibrium import equilibrium

@@ -14,20 +14,19 @@ from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.checks import checked_omega
 from grazemap_core.contact.forced import ForcedStructure, forced_structures
 from grazemap_core.contact.kernels.cells import Forced, reference_at
-from grazemap_core.contact.kernels.event_loop import Contact, impact_at_stop
+from grazemap_core.contact.kernels.half_period import Contact, impact_at_stop
 from grazemap_core.contact.kernels.runs import (
     ANCHOR,
     ANCHOR_GAP,
     ANCHOR_RATE,
     HELD,
     OK,
-    ZERO_ORDER,
     Moment,
     Run,
     new_run,
+    put_on_stop,
 )
-from grazemap_core.contact.kernels.sticking import rest_after_impact, start_on_stop
-from grazemap_core.contact.kernels.sticking_flow import held_motion
+from grazemap_core.contact.kernels.sticking import held_motion, rest_after_impact, start_on_stop
 from grazemap_core.contact.kernels.stops import Stops, gap_of
 from grazemap_core.contact.stops import Clearance, both_clearances, require_length, stops_of
 from grazemap_core.contact.trajectory_models import trajectory_models
@@ -291,8 +290,7 @@ def _start_on_stop(forced: Forced, stops: Stops, run: Run, stop: int, velocity: 
         if impact_at_stop(forced.free, stops, run, touch):
             return int(rest_after_impact(forced, stops, run, Moment(0, 0.0, 0)))
         return OK
-    run.cursor[ANCHOR], run.cursor[ZERO_ORDER] = stop, 1
-    run.near[ANCHOR_GAP], run.near[ANCHOR_RATE] = 0.0, abs(velocity)
+    put_on_stop(run.cursor, run.near, stop, abs(velocity))
     return OK
 
 

@@ -22,7 +22,7 @@ from grazemap_core.maps.starts import AtRest
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.kernels.capture import _flight_ratio, _impact_ratio, _time_moved
-from grazemap_core.orbits.kernels.verification import verify
+from grazemap_core.orbits.kernels.verification import Guess, verify
 from grazemap_core.simulation.start import forced_oscillator
 from grazemap_core.simulation.trajectories import trajectory
 from tests.support.lines import line
@@ -107,7 +107,8 @@ class Arrival(NamedTuple):
         scratch = self.runner._scratch["verification"]
         before = scratch.capture.arrival.copy()
         scratch.capture.arrival[...] += change
-        verdict = verify(self.forced.free, self.runner._blocks, scratch, self.stops, self.count, self.length, 1e6, 0.0)
+        guess = Guess(self.count, self.length, 1e6, 0.0)
+        verdict = verify(self.forced.free, self.runner._blocks, self.stops, guess, scratch)
         scratch.capture.arrival[...] = before
         assert verdict.reason == RESOLVED
         return float(verdict.ratio)

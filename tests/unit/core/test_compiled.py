@@ -34,6 +34,10 @@ MODULES = [
 ALLOCATES = {
     "run_recorded",
     "response_sum",
+    "lane_tables",
+    "_steady_tables",
+    "_block_response",
+    "_change_series",
     "steady_amplitudes",
     "isolate",
     "state_before_impulse",

@@ -11,10 +11,10 @@ from grazemap_core.codes import ROUNDING_DECIDES
 from grazemap_core.contact.kernels.runs import EVENT_COUNT, HALF, MIN_GAP, MIN_SPEED, OK, TIME, VELOCITY, new_run
 from grazemap_core.maps.kernels.first_pass import LANE_BLOCK
 from grazemap_core.maps.kernels.lane_errors import begin_error, forget_error
-from grazemap_core.maps.kernels.lane_tables import LaneModel, lane_tables
+from grazemap_core.maps.kernels.lane_tables import SHARED_TABLES, LaneModel, lane_tables
 from grazemap_core.maps.kernels.lane_tangents import carry_changes, count_impacts, lane_tangents, save_lane_starts
-from grazemap_core.maps.kernels.lockstep import Engine, lanes, run_half, start_lane
-from grazemap_core.maps.kernels.separate_tables import SHARED_TABLES
+from grazemap_core.maps.kernels.lanes import lanes, start_lane
+from grazemap_core.maps.kernels.lockstep import Engine, run_half
 from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.runner import impulse_blocks, shared_model
@@ -66,7 +66,7 @@ def run_with_error(oscillator: Oscillator, omega: float, clearance: float) -> tu
         widths.append(np.sqrt(tangents.errors.square[0]))
         group.tally[:] = 0.0
         group.tally[MIN_GAP], group.tally[MIN_SPEED] = np.inf, np.inf
-    return group.events[0, : group.cursor[0, EVENT_COUNT]].copy(), np.array(widths)
+    return group.events[0, : group.contacts.cursor[0, EVENT_COUNT]].copy(), np.array(widths)
 
 
 @pytest.mark.thorough

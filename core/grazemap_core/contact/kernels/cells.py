@@ -17,7 +17,6 @@ import math
 import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats
-from grazemap_core.contact.kernels.sticking_flow import HeldProblem, rotated_entry
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.tolerances import CLEARED
 from grazemap_core.model.kernels.forced_flow import forced_block
@@ -105,6 +104,52 @@ class CellProblem(NamedTuple):
     """Whether every block that contact sees is damped: a motion without contacts then settles to the steady motion."""
 
 
+class HeldProblem(NamedTuple):
+    """One oscillator at one forcing frequency, the contact at rest on a stop; forces with H harmonics."""
+
+    decay: Floats
+    """(n,) Of the blocks of the constrained structure."""
+    discriminant: Floats
+    """(n,) Of the blocks of the constrained structure."""
+    frequency_squared: Floats
+    """(n,) Of the blocks of the constrained structure."""
+    output_row: Floats
+    """(n, 4) Acceleration of q at rest, sum r0 u + r1 u', and its rate, sum r2 u + r3 u'."""
+    orders: Floats
+    """(H,) Orders of the harmonics."""
+    steady_table: Floats
+    """(H, cells + 1, 2) Acceleration of q at rest by each harmonic, as (real, imaginary) at the cell boundaries; it is
+    the imaginary part."""
+    static_acceleration: float
+    """Static part of the acceleration of q at rest per unit of the gap, away from the stop."""
+    viscous_term: float
+    """h^T M^-1 C a, with a the direction of the jump: the rate at which damping alone slows q after an impulse."""
+    profile: Floats
+    """(N,) Displacements at the equilibrium with q held, per unit of q."""
+    phase_factors: Floats
+    """(H, cells + 1, 2) exp(i order phase) at the cell boundaries."""
+    steady: Floats
+    """(H, N, 2) Amplitudes of the displacements of the steady motion with q held at 0. The displacement is the
+    imaginary part of amplitude times exp(i order phase)."""
+    free_steady: Floats
+    """(H, 2 N, 2) Amplitudes of the steady motion with q free, without resonant modes: those of the displacements, then
+    those of the velocities divided by i order omega."""
+    to_blocks: Floats
+    """(2 n, 2 N) From displacements and velocities, of which a motion of q is taken away in the direction of the jump,
+    to the blocks of the constrained structure."""
+    from_blocks: Floats
+    """(2 N, 2 n) The reverse of `to_blocks`."""
+    to_free: Floats
+    """(2 N, 2 N) From displacements and velocities to the blocks of the free structure."""
+    from_free: Floats
+    """(2 N, 2 N) The reverse of `to_free`."""
+    exists: bool
+    """False if the constrained structure has no accurate closed form: an undamped resonance with the forcing, or two
+    blocks that are nearly defective together."""
+    omega: float
+    """Forcing frequency."""
+
+
 class Forced(NamedTuple):
     """One oscillator at one forcing frequency and phase: all that trajectories share, whatever their stops."""
 
@@ -115,6 +160,13 @@ class Forced(NamedTuple):
 
 
 @kernel
+def rotated_entry(table: Floats, cell: int, angle: float) -> tuple[float, float]:
+    """Return an entry of a table of complex numbers, rotated by an angle, as (real, imaginary)."""
+    c, s = math.cos(angle), math.sin(angle)
+    re, im = table[cell, 0], table[cell, 1]
+    return re * c - im * s, im * c + re * s
+
+
 def advance_cell(problem: CellProblem, u: Floats, end: int) -> tuple[float, float]:
     """Carry a state over one whole cell, in place, and return q and q' at cell boundary `end`."""
     x = problem.steady_table[end, 1]

@@ -1,7 +1,7 @@
 """Contacts within a cell (one step of the time grid): a test for their absence, and the search for the first one.
 
-The test: on a cell of length h the error of the cubic Hermite interpolant of q is at most h^4/384 max|q''''|, and the
-interpolant lies between the smallest and the largest of its four Bernstein coefficients. A cell whose coefficients stay
+The test: the error of the cubic Hermite interpolant of q on a cell is bounded (HERMITE_DIVISOR), and the interpolant
+lies between the smallest and the largest of its four Bernstein coefficients. A cell whose coefficients stay
 inside the stops by that bound has no contact. Otherwise q is expanded in a Taylor series, and the first contact with
 either stop is found by rigorous root isolation (`bernstein`). Near the stop that the contact has just left, the
 *anchor*, the series of the gap starts from exact values: on the stop its zeros at the start (one after an impact, two
@@ -22,6 +22,9 @@ from grazemap_core.numerics.jit.compiled import kernel, plain
 from grazemap_core.numerics.kernels.bernstein import BECOMES_NEGATIVE, GRAZE_UNDECIDED, first_negative, value_and_slope
 from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
 
+HERMITE_DIVISOR = 384.0
+"""A function differs from its cubic Hermite interpolant over a cell of length h by at most h^4/384 max |q''''|."""
+
 
 @kernel
 def is_clear(
@@ -35,7 +38,7 @@ def is_clear(
     third = step / 3.0
     square = step * step
     early, late = x0 + third * v0, x1 - third * v1
-    error = square * square / 384.0 * fourth
+    error = square * square / HERMITE_DIVISOR * fourth
     highest = max(max(x0, early), max(late, x1))
     lowest = min(min(x0, early), min(late, x1))
     return highest + error < stops.right - rounding and error - lowest < stops.left - rounding  # a NaN is never clear

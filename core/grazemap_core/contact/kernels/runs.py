@@ -98,7 +98,7 @@ class HeldRun(NamedTuple):
     since: Floats
     """(2,) The half period in which the contact came to rest, and the time in it."""
     turn: Floats
-    """(H, 2) Scratch of `sticking_flow.turn_to`: exp(i order phase) of the harmonics at one moment."""
+    """(H, 2) Scratch of `sticking.turn_to`: exp(i order phase) of the harmonics at one moment."""
     physical: Floats
     """(2 N,) Scratch: displacements, then velocities."""
 
@@ -133,6 +133,19 @@ class Run(NamedTuple):
     """Scratch of `bernstein.first_negative`: starts of parts."""
     width: Floats
     """Scratch of `bernstein.first_negative`: widths of parts."""
+
+
+class ContactState(NamedTuple):
+    """What a trajectory is but for its free state, of one trajectory or with an axis of lanes before the axes given."""
+
+    cursor: Integers
+    """(4,) As in `Run`."""
+    near: Floats
+    """(3,) The first entries of `Run.near`."""
+    held: Floats
+    """(N - 1, 2) As `HeldRun.state`; without meaning unless the contact rests."""
+    since: Floats
+    """(2,) As in `HeldRun`; without meaning unless the contact rests."""
 
 
 class Moment(NamedTuple):
@@ -171,6 +184,38 @@ def new_run(masses: int, harmonics: int, events: int = 0) -> Run:
     return run
 
 
+def contact_states(masses: int, *lanes: int) -> ContactState:
+    """Return contact states between the stops: of one trajectory, or of a number of lanes."""
+    return ContactState(
+        cursor=np.zeros((*lanes, 4), dtype=np.int64),
+        near=np.zeros((*lanes, 3)),
+        held=np.zeros((*lanes, masses - 1, 2)),
+        since=np.zeros((*lanes, 2)),
+    )
+
+
+@inlined
+def contact_of_run(run: Run) -> ContactState:
+    """Return the contact state of a run."""
+    return ContactState(run.cursor, run.near[:3], run.held.state, run.held.since)
+
+
+@inlined
+def contact_of_lane(contacts: ContactState, lane: int) -> ContactState:
+    """Return the contact state of a lane."""
+    return ContactState(contacts.cursor[lane], contacts.near[lane], contacts.held[lane], contacts.since[lane])
+
+
+@inlined
+def copy_contact(target: ContactState, source: ContactState) -> None:
+    """Copy a contact state; the held state only while the contact rests."""
+    copy_vector(target.cursor, source.cursor)
+    copy_vector(target.near, source.near)
+    if source.cursor[HELD] != 0:
+        copy_matrix(target.held, source.held)
+        copy_vector(target.since, source.since)
+
+
 @kernel
 def clear_tally(tally: Floats) -> None:
     """Reset the tally for a new half period, except for the number of undecided events."""
@@ -186,10 +231,7 @@ def clear_tally(tally: Floats) -> None:
 def copy_state(target: Run, source: Run) -> None:
     """Copy state and regime of a trajectory, and its number of undecided events, from one run to another."""
     copy_matrix(target.u, source.u)
-    copy_matrix(target.held.state, source.held.state)
-    copy_vector(target.held.since, source.held.since)
-    copy_vector(target.cursor, source.cursor)
-    copy_vector(target.near, source.near)
+    copy_contact(contact_of_run(target), contact_of_run(source))
     target.tally[UNDECIDED] = source.tally[UNDECIDED]
 
 
@@ -197,6 +239,15 @@ def copy_state(target: Run, source: Run) -> None:
 def rests(kind: Any) -> Any:
     """Return whether the contact rests, or makes the summed impacts before that, after an event of this kind."""
     return (kind != IMPACT) & (kind != RELEASE) & (kind != GRAZE)
+
+
+@inlined_formula
+def put_on_stop(cursor: Integers, near: Floats, stop: int, leaving: float) -> None:
+    """Note in a cursor and in `near` that the contact is on a stop, which it leaves with a speed, or 0."""
+    cursor[ANCHOR] = stop
+    cursor[ZERO_ORDER] = 1 if leaving > 0.0 else 2
+    near[ANCHOR_GAP] = 0.0
+    near[ANCHOR_RATE] = leaving
 
 
 @inlined
@@ -232,8 +283,8 @@ def write_start(event: Floats, run: Run, half: int, half_time: float) -> None:
 
 
 @inlined
-def record_event(run: Run, half: int, time: float, stop: float, velocity: float, kind: int, state: Floats) -> None:
-    """Record an event without a delay, and the state (n, 2) after it; if the record is full it is only counted."""
+def record_event(run: Run, half: int, time: float, stop: float, velocity: float, kind: int) -> None:
+    """Record an event without a delay, and the free state after it; if the record is full it is only counted."""
     row = run.cursor[EVENT_COUNT]
     if row < run.events.shape[0]:
         run.events[row, HALF] = half
@@ -242,5 +293,5 @@ def record_event(run: Run, half: int, time: float, stop: float, velocity: float,
         run.events[row, VELOCITY] = velocity
         run.events[row, KIND] = kind
         run.events[row, DELAY] = 0.0
-        write_state(run.events[row], state)
+        write_state(run.events[row], run.u)
     run.cursor[EVENT_COUNT] = row + 1

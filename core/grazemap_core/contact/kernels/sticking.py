@@ -1,9 +1,13 @@
-"""The contact at rest on a stop: how it comes to rest, by complete chatter or at once, and how it is released.
+"""The contact at rest on a stop: the motion of the structure, how the contact comes to rest, and how it is released.
 
-If the contact is accelerated toward the stop, it bounces with decreasing speed and comes to rest after infinitely many
-impacts in a finite time (complete chatter). Let a > 0 be the *contact acceleration*, the acceleration toward the stop
-that the contact at rest would have without the stop, a' its rate, d the viscous term and q = R v/(1 - R) with v
-the speed before an impact. The remaining impacts take the time
+At rest the contact coordinate is a constraint, q = stop * gap, so the structure has n = N - 1 degrees of freedom. It
+moves in closed form: y = q profile + steady motion + blocks, with y the displacements from the static equilibrium. A
+held state is the pair (u, u') of every block of the constrained structure. The contact acceleration, which q would have
+toward the stop without the stop, is a sum of the same blocks and has a Taylor series in every cell.
+
+The contact comes to rest at once, or by complete chatter: if it is accelerated toward the stop, it bounces with
+decreasing speed, infinitely many times in a finite time. Let a > 0 be the contact acceleration, a' its rate, d the
+viscous term and q = R v/(1 - R) with v the speed before an impact. The remaining impacts take the time
 
     2 q/a - (2 d/(3 a^2) + 4 a'/(3 a^3)) q^2 + O(v^3)
 
@@ -26,6 +30,7 @@ from grazemap_core.contact.kernels import runs
 from grazemap_core.contact.kernels.cells import (
     CellProblem,
     Forced,
+    HeldProblem,
     add_harmonic,
     contact_acceleration_of,
     contact_motion,
@@ -33,22 +38,102 @@ from grazemap_core.contact.kernels.cells import (
     forced_part,
     reference_at,
     reference_at_half,
-)
-from grazemap_core.contact.kernels.event_loop import run_cell
-from grazemap_core.contact.kernels.runs import Moment, Run, record_event, write_state
-from grazemap_core.contact.kernels.sticking_flow import (
-    HeldProblem,
-    free_from_held,
-    held_from_free,
     rotated_entry,
-    turn_to,
 )
+from grazemap_core.contact.kernels.runs import HeldRun, Moment, Run, put_on_stop, record_event, write_state
 from grazemap_core.contact.kernels.stops import Stops, gap_of, restitution_of
-from grazemap_core.contact.tolerances import CHATTER_ACCURACY, CONTACT_ROUNDING
+from grazemap_core.contact.tolerances import CHATTER_ACCURACY, CHATTER_CHANGE, CONTACT_ROUNDING
 from grazemap_core.model.kernels.block_flow import flow_state
 from grazemap_core.numerics.jit.compiled import kernel, plain
 from grazemap_core.numerics.kernels.bernstein import BECOMES_NEGATIVE, GRAZE_UNDECIDED, first_negative
 from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
+
+
+@kernel
+def turn_to(held: HeldProblem, run: HeldRun, cell: int, angle: float) -> None:
+    """Write exp(i order phase) of the harmonics into run.turn; `angle` is the phase since the start of the cell."""
+    for h in range(held.orders.shape[0]):
+        run.turn[h, 0], run.turn[h, 1] = rotated_entry(held.phase_factors[h], cell, held.orders[h] * angle)
+
+
+@kernel
+def held_motion(held: HeldProblem, run: HeldRun, place: float) -> None:
+    """Write displacements, then velocities, from the static equilibrium to run.physical.
+
+    Parameters
+    ----------
+    run : HeldRun
+        Its `turn` is that of the moment.
+    place : float
+        The contact coordinate: stop * gap.
+    """
+    count, state = held.profile.shape[0], run.state
+    for i in range(count):
+        x, v = place * held.profile[i], 0.0
+        for h in range(held.orders.shape[0]):
+            cosine, sine = run.turn[h, 0], run.turn[h, 1]
+            real, imag = held.steady[h, i, 0], held.steady[h, i, 1]
+            x += imag * cosine
+            x += real * sine
+            v += held.orders[h] * held.omega * (real * cosine - imag * sine)
+        for j in range(state.shape[0]):
+            for k in range(2):
+                x += held.from_blocks[i, 2 * j + k] * state[j, k]
+                v += held.from_blocks[count + i, 2 * j + k] * state[j, k]
+        run.physical[i] = x
+        run.physical[count + i] = v
+
+
+@kernel
+def held_from_free(held: HeldProblem, run: HeldRun, u: Floats, place: float) -> None:
+    """Write the held state in the free state u (N, 2) into run.state. Other parameters as `held_motion`.
+
+    What the free state has of q - place and of q' is taken away in the direction of the jump.
+    """
+    count, blocks = u.shape[0], run.state.shape[0]
+    for i in range(count):
+        x, v = 0.0, 0.0
+        for h in range(held.orders.shape[0]):
+            cosine, sine = run.turn[h, 0], run.turn[h, 1]
+            frequency = held.orders[h] * held.omega
+            x += held.free_steady[h, i, 1] * cosine + held.free_steady[h, i, 0] * sine
+            x -= held.steady[h, i, 1] * cosine + held.steady[h, i, 0] * sine
+            v += frequency * (held.free_steady[h, count + i, 0] * cosine - held.free_steady[h, count + i, 1] * sine)
+            v -= frequency * (held.steady[h, i, 0] * cosine - held.steady[h, i, 1] * sine)
+        x -= place * held.profile[i]
+        for j in range(count):
+            for k in range(2):
+                x += held.from_free[i, 2 * j + k] * u[j, k]
+                v += held.from_free[count + i, 2 * j + k] * u[j, k]
+        run.physical[i] = x
+        run.physical[count + i] = v
+    for j in range(blocks):
+        for k in range(2):
+            value = 0.0
+            for i in range(2 * count):
+                value += held.to_blocks[2 * j + k, i] * run.physical[i]
+            run.state[j, k] = value
+
+
+@kernel
+def free_from_held(held: HeldProblem, run: HeldRun, place: float, u: Floats) -> None:
+    """Write the free state that corresponds to run.state into u (N, 2). Other parameters as `held_motion`."""
+    count = u.shape[0]
+    held_motion(held, run, place)
+    for i in range(count):
+        for h in range(held.orders.shape[0]):
+            cosine, sine = run.turn[h, 0], run.turn[h, 1]
+            steady = held.free_steady[h]
+            run.physical[i] -= steady[i, 1] * cosine + steady[i, 0] * sine
+            run.physical[count + i] -= (
+                held.orders[h] * held.omega * (steady[count + i, 0] * cosine - steady[count + i, 1] * sine)
+            )
+    for j in range(count):
+        for k in range(2):
+            value = 0.0
+            for i in range(2 * count):
+                value += held.to_free[2 * j + k, i] * run.physical[i]
+            u[j, k] = value
 
 
 @kernel
@@ -114,7 +199,7 @@ def begin_rest(forced: Forced, stops: Stops, run: Run, moment: Moment) -> tuple[
             change += abs(run.distance[k]) * power
             power *= share
         change /= contact_acceleration
-        if not (change < 0.5 and share * (change + share) ** 2 <= CHATTER_ACCURACY):
+        if not (change < CHATTER_CHANGE and share * (change + share) ** 2 <= CHATTER_ACCURACY):
             return False, 0.0
         second_derivative = 2.0 * held.viscous_term / (
             3.0 * contact_acceleration * contact_acceleration
@@ -186,7 +271,7 @@ def carry_rest(forced: Forced, stops: Stops, run: Run, moment: Moment) -> float:
     run.cursor[runs.HELD] = 0
     run.cursor[runs.ZERO_ORDER] = 3
     before = problem.step * (cell % (problem.cells // 2))
-    record_event(run, half, before + offset, stop, 0.0, runs.RELEASE, run.u)
+    record_event(run, half, before + offset, stop, 0.0, runs.RELEASE)
     return offset
 
 
@@ -204,10 +289,7 @@ def write_free_state(forced: Forced, stops: Stops, run: Run, cell: int, offset: 
 @kernel
 def start_on_stop(forced: Forced, stops: Stops, run: Run, stop: int) -> int:
     """Start at rest on a stop; the contact stays there if pressed against it. Returns OK or NO_HELD_FLOW."""
-    run.cursor[runs.ANCHOR] = stop
-    run.cursor[runs.ZERO_ORDER] = 2
-    run.near[runs.ANCHOR_GAP] = 0.0
-    run.near[runs.ANCHOR_RATE] = 0.0
+    put_on_stop(run.cursor, run.near, stop, 0.0)
     if not forced.held.exists:
         return _no_rest(forced.free, run, plain(0), 0.0)
     begin_rest(forced, stops, run, Moment(plain(0), 0.0, plain(0)))
@@ -233,21 +315,3 @@ def put_between_stops(problem: CellProblem, stops: Stops, u: Floats, rests: bool
         for c in range(2):
             u[j, c] += problem.unit_displacement[j, c] * moved + problem.unit_impulse[j, c] * jump
     return stop
-
-
-@kernel
-def rest_in_cell(forced: Forced, stops: Stops, run: Run, cell: int, half: int) -> int:
-    """Advance a run to the end of the cell after AT_STOP. Returns a status of `run_cell`, or NO_HELD_FLOW."""
-    status = runs.AT_STOP
-    while status == runs.AT_STOP:
-        offset = run.near[runs.CELL_OFFSET]
-        if run.cursor[runs.HELD] == 0:
-            status = rest_after_impact(forced, stops, run, Moment(cell, offset, half))
-            if status != runs.OK:
-                return status
-        if run.cursor[runs.HELD] != 0:
-            offset = carry_rest(forced, stops, run, Moment(cell, offset, half))
-            if run.cursor[runs.HELD] != 0:
-                return runs.OK
-        status = run_cell(forced.free, stops, run, Moment(cell, offset, half))
-    return status

@@ -48,31 +48,33 @@ from grazemap_core.codes import (
 )
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.half_period import is_free_for_ever, reason_of_end
-from grazemap_core.contact.kernels.runs import ANCHOR, EVENT_COUNT, OK
-from grazemap_core.maps.kernels import lane_state
-from grazemap_core.maps.kernels.column import Column
-from grazemap_core.maps.kernels.final_states import keep_orbit
-from grazemap_core.maps.kernels.lane_errors import error_of, transient_growth_of
-from grazemap_core.maps.kernels.lane_tables import LANES
-from grazemap_core.maps.kernels.lane_tangents import (
-    ALL,
-    begin_growth_of,
-    begin_matrix_of,
-    growth_of_lane,
-    multiplier_of_lane,
+from grazemap_core.contact.kernels.runs import (
+    ANCHOR,
+    EVENT_COUNT,
+    OK,
+    contact_of_lane,
+    contact_of_run,
+    copy_contact,
 )
-from grazemap_core.maps.kernels.lockstep import RESTING, lane_stops
+from grazemap_core.contact.kernels.stops import Stops
+from grazemap_core.maps.kernels import lane_state
+from grazemap_core.maps.kernels.lane_errors import error_of, transient_growth_of
+from grazemap_core.maps.kernels.lane_state import ENDING, GROWING, REPEATING, SETTLING, Column
+from grazemap_core.maps.kernels.lane_tables import LaneModel
+from grazemap_core.maps.kernels.lane_tangents import ALL, begin_matrix_of, growth_of_lane, multiplier_of_lane
+from grazemap_core.maps.kernels.lanes import RESTING, lane_stops, state_of_lane
 from grazemap_core.maps.tolerances import (
     APPARENT,
     APPROACH,
     APPROACH_RETRY,
     CAPTURE_RETRY,
-    HALF_PERIOD_EVENTS,
     SETTLING_IMPACTS,
 )
-from grazemap_core.numerics.jit.compiled import copy_vector, kernel, plain, pointer_kernel
+from grazemap_core.numerics.jit.compiled import kernel, plain, pointer_kernel
 from grazemap_core.numerics.jit.lane_values import record_of
+from grazemap_core.numerics.jit.record_references import reference
 from grazemap_core.orbits.kernels.verification import (
+    Guess,
     Verification,
     apparent_length,
     guess_from_record,
@@ -81,6 +83,7 @@ from grazemap_core.orbits.kernels.verification import (
     verify,
 )
 from grazemap_core.orbits.tolerances import ORBIT_NEARBY
+from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.kernels.period_detection import (
     NamedMotion,
     compare_windows,
@@ -95,28 +98,23 @@ from grazemap_core.simulation.kernels.period_detection import (
 from grazemap_core.simulation.tolerances import CLOSING_FLOOR, CLOSING_GOAL, LIMIT_DISTANCE
 
 
-@kernel
-def empty_full_events(column: Column, k: int, used: int) -> None:
-    """Empty the events of the lanes whose remaining capacity may be less than another half period needs."""
-    counts, cursor, capacity = column.records.counts, column.group.cursor, column.group.events.shape[1]
-    if capacity == 0:  # none are kept
-        return
-    for lane in range(used):
-        if cursor[lane, EVENT_COUNT] > capacity - HALF_PERIOD_EVENTS:
-            cursor[lane, EVENT_COUNT] = 0
-            counts[lane, lane_state.EVENTS_FROM] = k
+class LaneView(NamedTuple):
+    """A lane that is classified, with what belongs to its trajectory."""
 
-
-@kernel
-def start_growth(column: Column, k: int, used: int) -> None:
-    """Start measuring growth in the SETTLING lanes that have just enough half periods left for it."""
-    counts, task = column.records.counts, column.task
-    after = 2 * task.max_periods - task.growth_halves
-    for lane in range(used):
-        taken = counts[lane, lane_state.TRAJECTORY] >= 0 and counts[lane, lane_state.STATE] == lane_state.SETTLING
-        if taken and k - counts[lane, lane_state.STARTED] == after:
-            counts[lane, lane_state.STATE] = lane_state.GROWING
-            begin_growth_of(record_of(column.models, lane).forced.free, column.tangents, lane)
+    lane: int
+    """Its index."""
+    k: int
+    """Half periods since the column began."""
+    halves: int
+    """Half periods since the trajectory started."""
+    model: LaneModel
+    """The oscillator at its frequency."""
+    stops: Stops
+    """The stops."""
+    codes: Integers
+    """(CODES,) Receives the results, as `TrajectoryResults.codes`."""
+    figures: Floats
+    """(FIGURES,) Receives the results, as `TrajectoryResults.figures`."""
 
 
 @pointer_kernel
@@ -126,240 +124,249 @@ def classify_lane(column: Column, lane: int, k: int, returned: int, closed: int)
     Parameters
     ----------
     returned : int
-        Minimum number of half periods after which the lane has returned to within its RETURN_GOAL; 0 if it has not, or
-        if returns were not looked for.
+        Minimum number of half periods after which the lane has returned to within its `return_goal`; 0 if it has not,
+        or if returns were not looked for.
     closed : int
         Whether it has returned to within CLOSING_GOAL, 1 or 0.
     """
-    group, counts = column.group, column.records.counts[lane]
-    state = counts[lane_state.STATE]
+    records, group, results = column.records, column.group, column.results
+    trajectory, state = records.trajectory[lane], records.state[lane]
+    view = reference(
+        LaneView(
+            lane,
+            k,
+            k - records.started[lane],
+            record_of(column.models, lane),
+            lane_stops(group, lane),
+            results.codes[trajectory],
+            results.figures[trajectory],
+        )
+    )
     finished = True
-    if state in (lane_state.SETTLING, lane_state.GROWING):
-        finished = _classify_settling(column, lane, k, returned, closed != 0)
-    elif state == lane_state.REPEATING and group.status[lane] == OK and column.tangents.carried[lane] == ALL:
-        results, trajectory = column.results, counts[lane_state.TRAJECTORY]
-        multiplier = multiplier_of_lane(record_of(column.models, lane).forced.free, column.tangents, lane)
-        _write_multiplier(results.codes[trajectory], results.figures[trajectory], multiplier)
-    if finished and column.task.follow and k % 2 == 1 and group.status[lane] == OK and state != lane_state.ENDING:
-        counts[lane_state.STATE], counts[lane_state.DEADLINE] = lane_state.ENDING, k + 1
+    if state in (SETTLING, GROWING):
+        finished = _classify_settling(column, view, returned, closed != 0)
+    elif state == REPEATING and group.status[lane] == OK and column.tangents.carried[lane] == ALL:
+        _write_multiplier(view, multiplier_of_lane(view.model.forced.free, column.tangents, lane))
+    if finished and column.task.follow and k % 2 == 1 and group.status[lane] == OK and state != ENDING:
+        records.state[lane], records.deadline[lane] = ENDING, k + 1
         return 0
     return 1 if finished else 0
 
 
 @kernel
-def _classify_settling(column: Column, lane: int, k: int, returned: int, closed: bool) -> bool:
+def _classify_settling(column: Column, view: LaneView, returned: int, closed: bool) -> bool:
     """Classify a lane that is SETTLING or GROWING. Returns whether its trajectory is finished."""
-    task, group, counts = column.task, column.group, column.records.counts[lane]
-    trajectory = counts[lane_state.TRAJECTORY]
-    codes, figures = column.results.codes[trajectory], column.results.figures[trajectory]
-    halves = k - counts[lane_state.STARTED]
+    task, group, lane, halves = column.task, column.group, view.lane, view.halves
     last = halves >= 2 * task.max_periods
-    problem, stops, reach = record_of(column.models, lane).forced.free, lane_stops(group, lane), group.reach[lane]
-    if group.status[lane] != OK or column.records.sizes[lane, lane_state.COUNTED_IMPACTS] > SETTLING_IMPACTS:
+    problem, stops, reach = view.model.forced.free, view.stops, group.reach[lane]
+    if group.status[lane] != OK or column.records.counted[lane] > SETTLING_IMPACTS:
         reason = TOO_MANY_IMPACTS if group.status[lane] == OK else reason_of_end(group.status[lane])
-        _write_motion(codes, figures, unnamed(reason), -1, RESOLVED)
+        _write_motion(view, unnamed(reason), -1, RESOLVED)
         return True
     farthest = reach + error_of(column.tangents.errors, lane)
-    if is_free_for_ever(problem, stops, farthest, group.cursor[lane, ANCHOR]):
-        _write_free_motion(problem, stops.symmetric, codes, figures, (halves + 1) // 2)
-        _write_captured(column, lane)
+    if is_free_for_ever(problem, stops, farthest, group.contacts.cursor[lane, ANCHOR]):
+        _write_free_motion(view)
+        _write_captured(column, view)
         return True
     motion = unnamed(NOT_CLOSED)
     if closed or last:
-        motion = detect_period(problem, stops, column.history, lane, k, task.max_period, halves, reach)
+        motion = detect_period(problem, stops, column.history, lane, view.k, task.max_period, halves, reach)
     if motion.reason == RESOLVED:
-        return _classify_named(column, lane, k, motion, last)
+        return _classify_named(column, view, motion, last)
     if not last:
-        return _classify_approach(column, lane, k, returned)
-    if _classify_near_orbit(column, lane, k):
+        return _classify_approach(column, view, returned)
+    if _classify_near_orbit(column, view):
         return True
-    _write_motion(codes, figures, motion, -1, RESOLVED)
+    _write_motion(view, motion, -1, RESOLVED)
     if task.growth_halves > 0:
-        _write_growth(column, codes, figures, lane)
+        _write_growth(column, view)
     return True
 
 
 @kernel
-def _classify_approach(column: Column, lane: int, k: int, returned: int) -> bool:
+def _classify_approach(column: Column, view: LaneView, returned: int) -> bool:
     """Verify the orbit that a lane approaches, if there is one. Returns whether the lane is captured by it."""
-    group, sizes = column.group, column.records.sizes[lane]
-    sought = record_of(column.models, lane).blocks.verifiable and sizes[lane_state.RETURN_GOAL] != CLOSING_GOAL
-    if not (sought and returned > 0 and group.regime[lane] != RESTING):
+    lane, goal = view.lane, column.records.return_goal
+    sought = view.model.blocks.verifiable and goal[lane] != CLOSING_GOAL
+    if not (sought and returned > 0 and column.group.regime[lane] != RESTING):
         return False
-    distance = _distance_of_orbit(column, lane, k, returned)
+    if returned % 2 == 1 and returned > column.task.max_period:
+        return False
+    known = _is_near_orbit(column, lane, returned)
+    distance = orbit_nearby(view.model.forced.free, view.stops, column.history, lane, view.k, returned, known)
     if not np.isfinite(distance):
         return False
-    verified = _verify(column, lane, k, returned, max(distance, LIMIT_DISTANCE))
+    verified = _verify(column, view, returned, max(distance, LIMIT_DISTANCE))
     if verified.reason != RESOLVED:
-        sizes[lane_state.RETURN_GOAL] = max(APPROACH_RETRY * sizes[lane_state.RETURN_GOAL], CLOSING_GOAL)
+        goal[lane] = max(APPROACH_RETRY * goal[lane], CLOSING_GOAL)
         return False
-    return _write_orbit(
-        column, lane, k, returned, verified, (k - column.records.counts[lane, lane_state.STARTED] + 1) // 2
-    )
+    return _write_orbit(column, view, returned, verified, (view.halves + 1) // 2)
 
 
 @kernel
 def _is_near_orbit(column: Column, lane: int, length: int) -> bool:
     """Return whether `length` half periods are a multiple of the length of the orbit that was verified near a lane."""
-    known = column.records.counts[lane, lane_state.NEAR_ORBIT]
+    known = column.records.near_orbit[lane]
     return bool(known > 0 and length % known == 0)
 
 
 @kernel
-def _distance_of_orbit(column: Column, lane: int, k: int, length: int) -> float:
-    """Return the distance of a lane from the orbit of `length` half periods that it approaches; infinite if none."""
-    if length % 2 == 1 and length > column.task.max_period:
-        return np.inf
-    known, stops = _is_near_orbit(column, lane, length), lane_stops(column.group, lane)
-    return orbit_nearby(record_of(column.models, lane).forced.free, stops, column.history, lane, k, length, known)
-
-
-@kernel
-def _write_orbit(column: Column, lane: int, k: int, length: int, verified: Verification, after: int) -> bool:
+def _write_orbit(column: Column, view: LaneView, length: int, verified: Verification, after: int) -> bool:
     """Write the verified orbit near a lane. Returns whether the lane is captured, or cannot be shown to be.
 
     Otherwise the lane runs until its returns, after `length` half periods, are as much shorter as it needs.
     """
-    counts, sizes = column.records.counts[lane], column.records.sizes[lane]
-    trajectory = counts[lane_state.TRAJECTORY]
-    codes, figures = column.results.codes[trajectory], column.results.figures[trajectory]
-    _write_verified(codes, figures, verified, after)
-    problem, stops, final = (
-        record_of(column.models, lane).forced.free,
-        lane_stops(column.group, lane),
-        column.results.final,
-    )
-    keep_orbit(final, problem, stops, column.verification, verified, trajectory)
+    lane, goal, problem = view.lane, column.records.return_goal, view.model.forced.free
+    _write_verified(view, verified, after)
+    _keep_orbit(column, view, verified)
     if verified.ratio < 1.0:
-        _write_captured(column, lane)
+        _write_captured(column, view)
         return True
-    codes[lane_state.UNVERIFIED] = NOT_CAPTURED
-    codes[lane_state.SENSITIVE] = column.tangents.errors.sensitive[lane]
-    counts[lane_state.NEAR_ORBIT] = verified.length
-    now = separation(problem, column.history, lane, k, length, column.group.unit[lane], np.inf)
-    goal = min(CAPTURE_RETRY / verified.ratio, CAPTURE_RETRY) * now
-    if goal < CLOSING_FLOOR:  # round-off
-        if sizes[lane_state.RETURN_GOAL] <= CLOSING_GOAL:
+    view.codes[lane_state.UNVERIFIED] = NOT_CAPTURED
+    view.codes[lane_state.SENSITIVE] = column.tangents.errors.sensitive[lane]
+    column.records.near_orbit[lane] = verified.length
+    now = separation(problem, column.history, lane, view.k, length, view.stops.unit, np.inf)
+    closer = min(CAPTURE_RETRY / verified.ratio, CAPTURE_RETRY) * now
+    if closer < CLOSING_FLOOR:  # round-off
+        if goal[lane] <= CLOSING_GOAL:
             return True
-        goal = CLOSING_GOAL
-    sizes[lane_state.RETURN_GOAL] = goal
+        closer = CLOSING_GOAL
+    goal[lane] = closer
     return False
 
 
 @kernel
-def _write_captured(column: Column, lane: int) -> None:
-    """Write how sensitive a trajectory was that a verified motion captures."""
-    errors, trajectory = column.tangents.errors, column.records.counts[lane, lane_state.TRAJECTORY]
-    codes = column.results.codes[trajectory]
-    column.results.figures[trajectory, lane_state.TRANSIENT_GROWTH] = transient_growth_of(errors, lane)
-    codes[lane_state.SENSITIVE] = errors.sensitive[lane]
-    if errors.sensitive[lane] != 0:
-        codes[lane_state.UNVERIFIED] = ROUNDING_DECIDES
+def _keep_orbit(column: Column, view: LaneView, verified: Verification) -> None:
+    """Keep the impacts of the orbit that was just verified near a trajectory, if final states are wanted."""
+    final, scratch, trajectory = column.results.final, column.verification, column.records.trajectory[view.lane]
+    if trajectory >= final.states.shape[0]:
+        return
+    problem = view.model.forced.free
+    count, unit = verified.right + verified.left, problem.omega * unit_of_speeds(problem, view.stops)
+    halves = 1 + verified.length % 2  # 2 for a symmetric orbit: half the period, and its mirror image after it
+    impacts = final.impacts[trajectory]
+    final.counts[trajectory] = halves * count
+    for half in range(halves):
+        sign, shift = 1.0 - 2.0 * half, half * verified.length * math.pi
+        for i in range(count):
+            impacts[0, half * count + i] = sign * scratch.sides[i]
+            impacts[1, half * count + i] = scratch.solution[0, i] + shift
+            impacts[2, half * count + i] = sign * scratch.solution[1, i] * unit
 
 
 @kernel
-def _classify_near_orbit(column: Column, lane: int, k: int) -> bool:
+def _write_captured(column: Column, view: LaneView) -> None:
+    """Write how sensitive a trajectory was that a verified motion captures."""
+    errors = column.tangents.errors
+    view.figures[lane_state.TRANSIENT_GROWTH] = transient_growth_of(errors, view.lane)
+    view.codes[lane_state.SENSITIVE] = errors.sensitive[view.lane]
+    if errors.sensitive[view.lane] != 0:
+        view.codes[lane_state.UNVERIFIED] = ROUNDING_DECIDES
+
+
+@kernel
+def _classify_near_orbit(column: Column, view: LaneView) -> bool:
     """Write the orbit that a lane is near at its end, without being captured. Returns whether there is one."""
-    counts = column.records.counts[lane]
-    length = counts[lane_state.NEAR_ORBIT]
-    if length == 0 or column.group.regime[lane] == RESTING or not compare_windows(column.history, lane, k, length)[0]:
+    lane, length = view.lane, column.records.near_orbit[view.lane]
+    if length == 0 or column.group.regime[lane] == RESTING:
         return False
-    verified = _verify(column, lane, k, length, APPROACH)
+    if not compare_windows(column.history, lane, view.k, length)[0]:
+        return False
+    verified = _verify(column, view, length, APPROACH)
     if verified.reason != RESOLVED:
         return False
-    _write_orbit(column, lane, k, length, verified, (k - counts[lane_state.STARTED] + 1) // 2)
+    _write_orbit(column, view, length, verified, (view.halves + 1) // 2)
     return True
 
 
 @kernel
-def _classify_named(column: Column, lane: int, k: int, motion: NamedMotion, last: bool) -> bool:
+def _classify_named(column: Column, view: LaneView, motion: NamedMotion, last: bool) -> bool:
     """Write a motion that was named by its returns. It is verified if possible; else its multiplier is computed next.
 
     Returns whether the trajectory is finished.
     """
     _, period, right, left, symmetric, _, sticking = motion
-    counts = column.records.counts[lane]
-    trajectory = counts[lane_state.TRAJECTORY]
-    codes, figures = column.results.codes[trajectory], column.results.figures[trajectory]
+    lane, records = view.lane, column.records
     window = period if symmetric else 2 * period  # half periods after which z returns
-    after = max(0, (k - counts[lane_state.STARTED] - 3 * window + 1) // 2)
+    after = max(0, (view.halves - 3 * window + 1) // 2)
     if right == -1 and left == -1:
         unverified = GRAZE_UNRESOLVED  # without a graze the envelope would lie between the stops
     elif sticking or right == INFINITE or left == INFINITE or column.group.regime[lane] == RESTING:
         unverified = STICKS
     else:
-        verified = _verify(column, lane, k, window, LIMIT_DISTANCE)
+        verified = _verify(column, view, window, LIMIT_DISTANCE)
         unverified = verified.reason
         if unverified == RESOLVED:
-            return _write_orbit(column, lane, k, window, verified, after) or last
-    _write_motion(codes, figures, motion, after, unverified)
-    codes[lane_state.SENSITIVE] = column.tangents.errors.sensitive[lane]
-    _write_mean(column, codes, figures, lane, k)
+            return _write_orbit(column, view, window, verified, after) or last
+    _write_motion(view, motion, after, unverified)
+    view.codes[lane_state.SENSITIVE] = column.tangents.errors.sensitive[lane]
+    _write_mean(column, view, period)
     if column.task.growth_halves == 0:
         return True
     begin_matrix_of(column.tangents, lane)
-    counts[lane_state.STATE] = lane_state.REPEATING
-    counts[lane_state.DEADLINE] = k + window
+    records.state[lane], records.deadline[lane] = REPEATING, view.k + window
     return False
 
 
 @kernel
-def _verify(column: Column, lane: int, k: int, length: int, distance: float) -> Verification:
+def _verify(column: Column, view: LaneView, length: int, distance: float) -> Verification:
     """Look for the motion near a lane and verify it, as `verification.verify`.
 
     The shortest time after which the impacts repeat is tried first: that of the orbit that was verified near the lane,
     if there is one. Otherwise they are compared to within about `distance` only, so the orbit must be within that
     distance.
     """
-    model, scratch, group = record_of(column.models, lane), column.verification, column.group
-    problem, blocks = model.forced.free, model.blocks
-    stops, events, rows = lane_stops(group, lane), group.events[lane], group.cursor[lane, EVENT_COUNT]
+    lane, k, group, scratch, stops = view.lane, view.k, column.group, column.verification, view.stops
+    problem, blocks = view.model.forced.free, view.model.blocks
     error = error_of(column.tangents.errors, lane)
     if not blocks.verifiable:
-        return verify(problem, blocks, scratch, stops, plain(0), length, distance, error)
-    recorded = column.records.counts[lane, lane_state.EVENTS_FROM] <= k - length and rows <= events.shape[0]
-    _write_arrival(column, lane, k - length if recorded else k)
+        return verify(problem, blocks, stops, Guess(plain(0), length, distance, error), scratch)
+    events, rows = group.events[lane], group.contacts.cursor[lane, EVENT_COUNT]
+    recorded = column.records.events_from[lane] <= k - length and rows <= events.shape[0]
     if recorded:
-        count = guess_from_record(problem, scratch, stops, k, length, events, rows)
+        count = _guess_from_events(column, view, length)
     else:
-        start = scratch.replay.u
-        for j in range(start.shape[0]):
-            start[j, 0] = group.even[2 * j * LANES + lane]
-            start[j, 1] = group.even[(2 * j + 1) * LANES + lane]
-        copy_vector(scratch.replay.cursor, group.cursor[lane])
-        copy_vector(scratch.replay.near[:3], group.near[lane])
-        count = guess_from_replay(model.forced, scratch, stops, k, length)
-    part, nearby = column.records.counts[lane, lane_state.NEAR_ORBIT], distance
+        _write_arrival(column, view, k)
+        state_of_lane(group.even, lane, scratch.replay.u)
+        copy_contact(contact_of_run(scratch.replay), contact_of_lane(group.contacts, lane))
+        count = guess_from_replay(view.model.forced, stops, k, length, scratch)
+    part, nearby = column.records.near_orbit[lane], distance
     if not _is_near_orbit(column, lane, length):
         apart = APPARENT * distance * stops.unit / unit_of_speeds(problem, stops)
         part, nearby = apparent_length(scratch, stops, count, length, apart), APPARENT / ORBIT_NEARBY * distance
     if part < length:
-        if recorded:
-            _write_arrival(column, lane, k - part)
-        few = guess_from_record(problem, scratch, stops, k, part, events, rows) if recorded else count * part // length
-        verified = verify(problem, blocks, scratch, stops, few, part, nearby, error)
+        few = _guess_from_events(column, view, part) if recorded else count * part // length
+        verified = verify(problem, blocks, stops, Guess(few, part, nearby, error), scratch)
         if verified.reason == RESOLVED:
             return verified
         if recorded:
-            _write_arrival(column, lane, k - length)
-            count = guess_from_record(problem, scratch, stops, k, length, events, rows)
-    return verify(problem, blocks, scratch, stops, count, length, distance, error)
+            count = _guess_from_events(column, view, length)
+    return verify(problem, blocks, stops, Guess(count, length, distance, error), scratch)
 
 
 @kernel
-def _write_arrival(column: Column, lane: int, k: int) -> None:
+def _guess_from_events(column: Column, view: LaneView, length: int) -> int:
+    """Take the impacts of a lane in the last `length` half periods, and its state before, as `guess_from_record`."""
+    _write_arrival(column, view, view.k - length)
+    events = column.group.events[view.lane][: column.group.contacts.cursor[view.lane, EVENT_COUNT]]
+    return guess_from_record(view.model.forced.free, view.stops, view.k, length, events, column.verification)
+
+
+@kernel
+def _write_arrival(column: Column, view: LaneView, k: int) -> None:
     """Write the state of a lane after k half periods where verification looks for it."""
     states, arrival = column.history.states, column.verification.capture.arrival
-    resonant = record_of(column.models, lane).forced.free.resonant_steady
+    resonant = view.model.forced.free.resonant_steady
     row = k % states.shape[0]
     for j in range(arrival.shape[0]):
         for c in range(2):
-            arrival[j, c] = states[row, 2 * j + c, lane] - (resonant[0, j, c] if resonant.shape[1] > 0 else 0.0)
+            arrival[j, c] = states[row, 2 * j + c, view.lane] - (resonant[0, j, c] if resonant.shape[1] > 0 else 0.0)
 
 
 @kernel
-def _write_motion(codes: Integers, figures: Floats, motion: NamedMotion, after: int, unverified: int) -> None:
+def _write_motion(view: LaneView, motion: NamedMotion, after: int, unverified: int) -> None:
     """Write the name of a motion, or why it has none; multiplier, exponent and means are not known yet."""
+    codes, figures = view.codes, view.figures
     codes[lane_state.REASON] = motion.reason
     codes[lane_state.PERIOD] = motion.period
     codes[lane_state.IMPACTS_RIGHT] = motion.impacts_right
@@ -376,11 +383,12 @@ def _write_motion(codes: Integers, figures: Floats, motion: NamedMotion, after: 
 
 
 @kernel
-def _write_free_motion(problem: CellProblem, symmetric: bool, codes: Integers, figures: Floats, after: int) -> None:
+def _write_free_motion(view: LaneView) -> None:
     """Write the steady motion without contacts, which attracts all others once no contact is possible any more."""
-    _write_motion(codes, figures, without_contacts(symmetric), after, RESOLVED)
+    _write_motion(view, without_contacts(view.stops.symmetric), (view.halves + 1) // 2, RESOLVED)
+    figures = view.figures
     figures[lane_state.MEAN_POSITION], figures[lane_state.MEAN_VELOCITY] = 0.0, 0.0
-    figures[lane_state.LYAPUNOV] = _free_exponent(problem)
+    figures[lane_state.LYAPUNOV] = _free_exponent(view.model.forced.free)
     figures[lane_state.MULTIPLIER] = math.exp(figures[lane_state.LYAPUNOV])
 
 
@@ -397,39 +405,39 @@ def _free_exponent(problem: CellProblem) -> float:
 
 
 @kernel
-def _write_verified(codes: Integers, figures: Floats, verified: Verification, after: int) -> None:
+def _write_verified(view: LaneView, verified: Verification, after: int) -> None:
     """Write a motion that is verified."""
     right, left = float(verified.right), float(verified.left)
     motion = name_of(verified.length, right, left, 0.0, 0.0, verified.min_impact_speed)
-    _write_motion(codes, figures, motion, after, RESOLVED)
-    _write_multiplier(codes, figures, verified.multiplier)
-    figures[lane_state.MEAN_POSITION] = verified.mean_position
-    figures[lane_state.MEAN_VELOCITY] = verified.mean_velocity
+    _write_motion(view, motion, after, RESOLVED)
+    _write_multiplier(view, verified.multiplier)
+    view.figures[lane_state.MEAN_POSITION] = verified.mean_position
+    view.figures[lane_state.MEAN_VELOCITY] = verified.mean_velocity
 
 
 @kernel
-def _write_mean(column: Column, codes: Integers, figures: Floats, lane: int, k: int) -> None:
-    """Write the mean position and velocity of the motion that was named."""
-    problem, unit = record_of(column.models, lane).forced.free, column.group.unit[lane]
-    x, v = mean_section(problem, column.history, lane, k, codes[lane_state.PERIOD])
-    figures[lane_state.MEAN_POSITION] = x / unit
-    figures[lane_state.MEAN_VELOCITY] = v / (problem.omega * unit)
+def _write_mean(column: Column, view: LaneView, period: int) -> None:
+    """Write the mean position and velocity of a motion that was named, with so many forcing periods."""
+    problem, unit = view.model.forced.free, view.stops.unit
+    x, v = mean_section(problem, column.history, view.lane, view.k, period)
+    view.figures[lane_state.MEAN_POSITION] = x / unit
+    view.figures[lane_state.MEAN_VELOCITY] = v / (problem.omega * unit)
 
 
 @kernel
-def _write_multiplier(codes: Integers, figures: Floats, multiplier: float) -> None:
+def _write_multiplier(view: LaneView, multiplier: float) -> None:
     """Write the multiplier and the exponent of a motion, from the multiplier over one return of z."""
-    halves = 2.0 if codes[lane_state.SYMMETRIC] != 0 else 1.0
-    figures[lane_state.MULTIPLIER] = multiplier**halves
+    halves = 2.0 if view.codes[lane_state.SYMMETRIC] != 0 else 1.0
+    view.figures[lane_state.MULTIPLIER] = multiplier**halves
     # a square may underflow
-    figures[lane_state.LYAPUNOV] = halves * np.log(multiplier) / codes[lane_state.PERIOD]
+    view.figures[lane_state.LYAPUNOV] = halves * np.log(multiplier) / view.codes[lane_state.PERIOD]
 
 
 @kernel
-def _write_growth(column: Column, codes: Integers, figures: Floats, lane: int) -> None:
+def _write_growth(column: Column, view: LaneView) -> None:
     """Write what the growth along a lane implies, if it was measured to the end."""
-    problem, tangents, task = record_of(column.models, lane).forced.free, column.tangents, column.task
-    growth, exponent, error = growth_of_lane(problem, column.group.unit[lane], task.growth_skipped, tangents, lane)
-    codes[lane_state.GROWTH] = growth
-    figures[lane_state.LYAPUNOV] = exponent * problem.step * problem.cells
-    figures[lane_state.LYAPUNOV_ERROR] = error * problem.step * problem.cells if np.isfinite(error) else np.nan
+    problem, skipped = view.model.forced.free, column.task.growth_skipped
+    growth, exponent, error = growth_of_lane(problem, view.stops.unit, skipped, column.tangents, view.lane)
+    view.codes[lane_state.GROWTH] = growth
+    view.figures[lane_state.LYAPUNOV] = exponent * problem.step * problem.cells
+    view.figures[lane_state.LYAPUNOV_ERROR] = error * problem.step * problem.cells if np.isfinite(error) else np.nan

@@ -15,10 +15,11 @@ import numpy as np
 from numba.core.registry import cpu_target
 
 from grazemap_core.arrays import Floats, Integers, aligned
+from grazemap_core.contact.kernels.first_contact import HERMITE_DIVISOR
 from grazemap_core.contact.tolerances import ANCHORED_GAP, CONTACT_ROUNDING
 from grazemap_core.maps import tolerances
 from grazemap_core.maps.kernels import lane_tables
-from grazemap_core.maps.kernels.lane_tables import HERMITE_DIVISOR, LANES, TERMS, LaneTables
+from grazemap_core.maps.kernels.lane_tables import LANES, TERMS, LaneTables
 from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, kernel
 from grazemap_core.numerics.jit.lane_values import lane_row, lane_value
 from grazemap_core.records import NamedTuple
@@ -61,13 +62,10 @@ UNCERTAIN, FIRST_IMPACT, SINGLE_IMPACT, NO_IMPACT = 0.0, 1.0, 2.0, 3.0
 """Outcomes. Nothing is certified; the impact is the first in the cell; it is the only one, and needs no second pass;
 there is no impact."""
 
-QUARTIC_TO_HERMITE = HERMITE_DIVISOR / 144.0
-"""Factor from a bound of h^4/384 |q''''|, as in the row FOURTH, to `quartic` of `lower_bound`, h^4/144 |q''''|."""
-QUARTIC_TO_QUADRATIC = HERMITE_DIVISOR / 162.0
-"""Factor from the row FOURTH to the error of the quadratic of `_find_impact`, h^4/162 |q''''|."""
-PARABOLA_DIVISOR = 1e-300
-"""Lower bound of the denominator of a parabola's root: only a division by zero is avoided, and the root is limited to
-the cell anyway."""
+FOURTH_TO_HERMITE, FOURTH_TO_QUADRATIC = 144.0, 162.0
+"""Divisors of s^4 max |fourth derivative|, on an interval of the length s, in `lower_bound` and in `_find_impact`."""
+QUARTIC_TO_HERMITE, QUARTIC_TO_QUADRATIC = HERMITE_DIVISOR / FOURTH_TO_HERMITE, HERMITE_DIVISOR / FOURTH_TO_QUADRATIC
+"""The same as factors on the row FOURTH, which has the divisor HERMITE_DIVISOR."""
 
 
 class LaneBatch(NamedTuple):
@@ -346,19 +344,12 @@ def _value_and_two_derivatives(series: Floats, k: int, z: float) -> tuple[float,
 
 
 @fused_inlined
-def _value_and_slope(series: Floats, k: int, z: float) -> tuple[float, float]:
-    """Return a polynomial of degree 14 and its derivative."""
-    f, d, _ = _value_and_two_derivatives(series, k, z)
-    return f, d
-
-
-@fused_inlined
 def lower_bound(g0: float, d0: float, g1: float, d1: float, quartic: float) -> float:
     """Return a lower bound of a function on [0, 1] from its values g and slopes d at the ends.
 
-    `quartic` is a bound of |fourth derivative| / 144. The bound is the minimum of the coefficients of the cubic Hermite
-    interpolant in the Bernstein basis of degree four. The error of the interpolant is at most quartic 6 t^2 (1 - t)^2,
-    which changes the middle coefficient only.
+    `quartic` is a bound of |fourth derivative| / FOURTH_TO_HERMITE. The bound is the minimum of the coefficients of the
+    cubic Hermite interpolant in the Bernstein basis of degree four. The error of the interpolant is at most
+    quartic 6 t^2 (1 - t)^2, which changes the middle coefficient only.
     """
     c1, c2 = g0 + d0 / 3.0, g1 - d1 / 3.0
     ends = min(min(g0, g1), min(0.25 * g0 + 0.75 * c1, 0.25 * g1 + 0.75 * c2))
@@ -391,7 +382,7 @@ def _approximate_impact(tables: LaneTables, batch: LaneBatch, count: int) -> Non
         g0, g1 = gap - side * x0, gap - side * x1
         d0, d1 = -side * v0 * step, -side * v1 * step
         discriminant = max(d0 * d0 - 4.0 * (g1 - g0 - d0) * g0, 0.0)
-        t = min(max(2.0 * g0 / max(np.sqrt(discriminant) - d0, PARABOLA_DIVISOR), 0.0), 1.0)
+        t = min(max(2.0 * g0 / max(np.sqrt(discriminant) - d0, tolerances.PARABOLA_DIVISOR), 0.0), 1.0)
         rows[SIDE * PITCH + k] = side
         rows[IMPACT_Z * PITCH + k] = t
         quartic = QUARTIC_TO_HERMITE * rows[FOURTH * PITCH + k]
@@ -433,7 +424,8 @@ def _find_impact(tables: LaneTables, batch: LaneBatch, count: int) -> None:
     Two steps of Halley's method with the whole series, from the approximation, converge to round-off. The contact is
     the first if the gap is positive before it. The Hermite interpolant of the gap with double nodes at the start of the
     cell and at the impact has the error q''''(xi)/24 tau^2 (tau_i - tau)^2. Divided by its zero, (tau_i - tau), the
-    interpolant is a quadratic; the gap is positive if its three Bernstein coefficients exceed max|q''''| tau_i^4 / 162.
+    interpolant is a quadratic; the gap is positive if its three Bernstein coefficients exceed
+    max|q''''| tau_i^4 / FOURTH_TO_QUADRATIC.
     """
     count = min(count, LANES)
     _approximate_impact(tables, batch, count)
@@ -442,7 +434,7 @@ def _find_impact(tables: LaneTables, batch: LaneBatch, count: int) -> None:
     viscous_term = lane_row(tables.scalars, lane_tables.VISCOUS_TERM, PITCH)
     for k in range(count):
         z, e = rows[IMPACT_Z * PITCH + k], rows[CONTACT_ACCELERATION * PITCH + k]
-        f, d = _value_and_slope(series, k, z)
+        f, d, _ = _value_and_two_derivatives(series, k, z)
         f = rows[SIDE * PITCH + k] * rows[GAP * PITCH + k] - f
         rows[IMPACT_Z * PITCH + k] = z + f * d / (d * d + f * e)
     for k in range(count):

@@ -23,7 +23,7 @@ from grazemap_core.arrays import Floats, Integers
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.runs import MIN_GAP, VELOCITY
 from grazemap_core.maps.kernels.lane_tables import LANES
-from grazemap_core.maps.kernels.lockstep import EVENT_ACCELERATION, Lanes
+from grazemap_core.maps.kernels.lanes import EVENT_ACCELERATION, Lanes
 from grazemap_core.maps.kernels.tangent_batches import is_safe
 from grazemap_core.maps.tolerances import (
     CLOSE_PASSAGE,
@@ -163,11 +163,11 @@ def shorten_change(frequency: Floats, errors: LaneErrors, lane: int) -> float:
 
 
 @kernel
-def steepest_impact(events: Floats, first: int, rows: int) -> float:
-    """Return the largest 2 |a|/v^2 of the impacts in rows `first` to rows - 1 of a lane's events."""
+def steepest_impact(impacts: Floats) -> float:
+    """Return the largest 2 |a|/v^2 of impacts, which are rows of a lane's events."""
     steepest = 0.0
-    for row in range(first, rows):
-        steepest = max(steepest, 2.0 * abs(events[row, EVENT_ACCELERATION]) / events[row, VELOCITY] ** 2)
+    for row in range(impacts.shape[0]):
+        steepest = max(steepest, 2.0 * abs(impacts[row, EVENT_ACCELERATION]) / impacts[row, VELOCITY] ** 2)
     return steepest
 
 

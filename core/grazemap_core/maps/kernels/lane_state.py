@@ -1,4 +1,4 @@
-"""Task of a column of trajectories, record of every lane while its trajectory runs, and results.
+"""A column of a map: the task, the record of every lane while its trajectory runs, and the results.
 
 The arrays that `lane_scheduler` and `classification` share, and the meaning of their columns.
 """
@@ -8,16 +8,28 @@ from __future__ import annotations
 import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
+from grazemap_core.contact.kernels.runs import Run
 from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.maps.kernels.final_states import FinalStates
-from grazemap_core.maps.kernels.lane_tables import LANES
+from grazemap_core.maps.kernels.lane_tables import LANES, LaneModels
+from grazemap_core.maps.kernels.lane_tangents import LaneTangents
+from grazemap_core.maps.kernels.lanes import Lanes
 from grazemap_core.maps.tolerances import APPROACH
 from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.numerics.jit.lane_values import record_of
+from grazemap_core.orbits.kernels.verification import VerificationScratch
+from grazemap_core.orbits.tolerances import MAX_VERIFIED_IMPACTS
 from grazemap_core.records import NamedTuple
+from grazemap_core.simulation.kernels.period_detection import ReturnSearch, StroboscopicHistory
 from grazemap_core.simulation.tolerances import CLOSING_GOAL
 
 # columns of `TrajectoryResults.codes`
-REASON, PERIOD, IMPACTS_RIGHT, IMPACTS_LEFT, SYMMETRIC, SETTLED_AFTER, STICKING = 0, 1, 2, 3, 4, 5, 6
+REASON, PERIOD, IMPACTS_RIGHT, IMPACTS_LEFT, SYMMETRIC = 0, 1, 2, 3, 4
+"""RESOLVED, or the code of `codes` why the motion is not named; its name, as from `period_detection.detect_period`."""
+SETTLED_AFTER = 5
+"""Forcing periods after which the orbit had closed, or was solved for, or after which no contact was possible any more;
+-1 unless the motion is named."""
+STICKING = 6
+"""1 if the contact rests on a stop during a part of the period."""
 GROWTH = 7
 """What the growth of small changes implies for a motion that was not named; a code of `codes`."""
 HALVES_RUN, IMPACTS = 8, 9
@@ -28,11 +40,15 @@ SENSITIVE = 11
 """1 if a decision on the way to a named motion may be wrong by round-off (`lane_errors`)."""
 CODES = 12
 
-# columns of `TrajectoryResults.figures`
-LEAST_VELOCITY, MULTIPLIER, LYAPUNOV = 0, 1, 2
+# columns of `TrajectoryResults.figures`; NaN where a number is not known
+LEAST_VELOCITY = 0
+"""Minimum impact velocity; NaN without impacts."""
+MULTIPLIER, LYAPUNOV = 1, 2
+"""Largest modulus of the multipliers over a period of the motion; largest Lyapunov exponent per forcing period."""
 MEAN_POSITION, MEAN_VELOCITY = 3, 4
-"""As `period_detection.mean_section`, in units of the stops and of omega times it."""
+"""Of a motion that was named, as `period_detection.mean_section`, in units of the stops and of omega times it."""
 LYAPUNOV_ERROR = 5
+"""Standard error of an exponent that was measured."""
 TRANSIENT_GROWTH = 6
 """As `lane_errors.transient_growth_of` where a verified motion captures the trajectory."""
 FIGURES = 7
@@ -50,31 +66,32 @@ ENDING = 3
 ENDED_EARLY, MOVES, RESTS = 0, 1, 2
 """How a trajectory of a sweep ended: without a final state, so that the next one starts from rest; or with one."""
 
-# columns of `LaneRecords.counts`
-TRAJECTORY, STARTED, STATE, DEADLINE = 0, 1, 2, 3
-"""Index of the lane's trajectory, -1 for none; half period at which it started; state; half period at which the lane is
-classified in any case."""
-EVENTS_FROM = 4
-"""Half period from which on the lane's events hold all its impacts."""
-NEAR_ORBIT = 5
-"""Half periods after which a verified orbit repeats that does not capture the lane yet; 0 for none."""
-COUNTS = 6
-
-# columns of `LaneRecords.sizes`
-FOLLOWED_IMPACTS, COUNTED_IMPACTS = 0, 1
-"""Impacts that were followed one by one, and those that count toward SETTLING_IMPACTS."""
-RETURN_GOAL = 2
-"""Distance of a return, in units of the stops, below which the lane is classified."""
-SIZES = 3
+MAX_ORBIT_IMPACTS = 2 * MAX_VERIFIED_IMPACTS
+"""Maximum number of impacts in a whole period of a verified orbit. A symmetric orbit is solved for over half its period
+only, so its whole period may have twice MAX_VERIFIED_IMPACTS."""
 
 
 class LaneRecords(NamedTuple):
-    """Records of the trajectories in all lanes."""
+    """Progress of the trajectory in every lane; times are half periods since the column began."""
 
-    counts: Integers
-    """(LANES, COUNTS) Whole numbers, by the columns above; times are half periods since the column began."""
-    sizes: Floats
-    """(LANES, SIZES) Other numbers, by the columns above."""
+    trajectory: Integers
+    """(LANES,) Index of the lane's trajectory, -1 for none."""
+    started: Integers
+    """(LANES,) When it started."""
+    state: Integers
+    """(LANES,) SETTLING to ENDING."""
+    deadline: Integers
+    """(LANES,) When the lane is classified in any case."""
+    events_from: Integers
+    """(LANES,) Since when the lane's events hold all its impacts."""
+    near_orbit: Integers
+    """(LANES,) Half periods after which a verified orbit repeats that does not capture the lane yet; 0 for none."""
+    followed: Floats
+    """(LANES,) Impacts that were followed one by one."""
+    counted: Floats
+    """(LANES,) Those of them that count toward SETTLING_IMPACTS."""
+    return_goal: Floats
+    """(LANES,) Distance of a return, in units of the stops, below which the lane is classified."""
 
 
 class ColumnStarts(NamedTuple):
@@ -121,26 +138,87 @@ class ColumnTask(NamedTuple):
     the first one follows; otherwise ENDED_EARLY."""
 
 
+class FinalStates(NamedTuple):
+    """Final states of n trajectories; with n = 0 nothing is kept."""
+
+    states: Floats
+    """(n, 2 N) State at phase 0 of the forcing. If a trajectory of a symmetric motion ended after an odd number of half
+    periods, this is the mirror image of its state."""
+    resting_stop: Floats
+    """(n,) The stop on which the contact rests in this state, or 0."""
+    impacts: Floats
+    """(n, 3, MAX_ORBIT_IMPACTS) Stops, phases and signed velocities of the impacts in one period of the last orbit that
+    was verified near the trajectory."""
+    counts: Floats
+    """(n,) Number of these impacts."""
+
+
 class TrajectoryResults(NamedTuple):
     """Motions of all trajectories of a column."""
 
     codes: Integers
-    """(n s, CODES) Reason (a code of `codes`), period, impacts_right, impacts_left, symmetric, settled_after (forcing
-    periods after which the orbit had closed, or was solved for, or after which no contact was possible any more; -1
-    unless named), sticking, growth, half periods run, impacts followed, why the motion is not verified, and whether
-    round-off may have decided it."""
+    """(n s, CODES) Whole numbers, by the columns above."""
     figures: Floats
-    """(n s, FIGURES) Minimum impact velocity, NaN without impacts; largest modulus of the multipliers over one motion
-    period and largest Lyapunov exponent per forcing period, NaN where they are not known; mean position and velocity of
-    a periodic motion, NaN unless it was named; standard error of an exponent that was measured, else NaN; largest
-    growth of a change before capture, NaN unless captured."""
+    """(n s, FIGURES) Other numbers, by the columns above."""
     final: FinalStates
     """Final states of n s trajectories, or of none where final states are not wanted."""
 
 
+class Column(NamedTuple):
+    """A column of a map."""
+
+    models: LaneModels
+    """The models of the trajectories."""
+    task: ColumnTask
+    """What is computed."""
+    results: TrajectoryResults
+    """Receives the motions."""
+    group: Lanes
+    """Current states of all lanes."""
+    history: StroboscopicHistory
+    """Every lane's states at the ends of the last half periods."""
+    tangents: LaneTangents
+    """Small changes of the state along every lane, with the capacity for task.growth_halves."""
+    records: LaneRecords
+    """Progress of every lane's trajectory."""
+    returns: ReturnSearch
+    """Scratch of the search for returns."""
+    run: Run
+    """Scratch: a lane that goes through a cell by itself, with the capacity of the lanes for events."""
+    verification: VerificationScratch
+    """Scratch of verifications."""
+    final_state: Floats
+    """(N, 2) The state in which the last trajectory of a sweep ended."""
+
+
+def return_search() -> ReturnSearch:
+    """Return fresh scratch."""
+    return ReturnSearch(*(np.zeros(LANES) for _ in ReturnSearch._fields))
+
+
+def final_states(count: int, blocks: int) -> FinalStates:
+    """Return new arrays for `count` trajectories of a structure of `blocks` blocks."""
+    return FinalStates(
+        states=np.zeros((count, 2 * blocks)),
+        resting_stop=np.zeros(count),
+        impacts=np.zeros((count, 3, MAX_ORBIT_IMPACTS)),
+        counts=np.zeros(count),
+    )
+
+
 def lane_records() -> LaneRecords:
     """Return records of lanes without a trajectory."""
-    return LaneRecords(np.zeros((LANES, COUNTS), dtype=np.int64), np.zeros((LANES, SIZES)))
+    return LaneRecords(
+        trajectory=np.full(LANES, -1),
+        started=np.zeros(LANES, dtype=np.int64),
+        state=np.full(LANES, ENDING),
+        deadline=np.zeros(LANES, dtype=np.int64),
+        events_from=np.zeros(LANES, dtype=np.int64),
+        near_orbit=np.zeros(LANES, dtype=np.int64),
+        followed=np.zeros(LANES),
+        counted=np.zeros(LANES),
+        return_goal=np.zeros(LANES),
+    )
 
 
 @kernel
@@ -159,14 +237,37 @@ def stops_in_row(table: Floats, row: int) -> Stops:
 
 
 @kernel
-def begin_record(records: LaneRecords, lane: int, trajectory: int, k: int, task: ColumnTask, verifiable: bool) -> None:
+def begin_record(column: Column, lane: int, trajectory: int, k: int) -> None:
     """Begin the record of a trajectory that starts in a lane after k half periods."""
-    counts, sizes = records.counts, records.sizes
-    counts[lane] = 0
-    counts[lane, TRAJECTORY] = trajectory
-    counts[lane, STARTED] = k
-    counts[lane, STATE] = SETTLING
-    counts[lane, DEADLINE] = k + 2 * task.max_periods
-    counts[lane, EVENTS_FROM] = k
-    sizes[lane] = 0.0
-    sizes[lane, RETURN_GOAL] = APPROACH if verifiable else CLOSING_GOAL
+    records = column.records
+    records.trajectory[lane] = trajectory
+    records.started[lane] = k
+    records.state[lane] = SETTLING
+    records.deadline[lane] = k + 2 * column.task.max_periods
+    records.events_from[lane] = k
+    records.near_orbit[lane] = 0
+    records.followed[lane] = 0.0
+    records.counted[lane] = 0.0
+    records.return_goal[lane] = APPROACH if record_of(column.models, lane).blocks.verifiable else CLOSING_GOAL
+
+
+@kernel
+def move_record(records: LaneRecords, source: int, target: int) -> None:
+    """Move the record of a lane to another lane."""
+    records.trajectory[target] = records.trajectory[source]
+    records.started[target] = records.started[source]
+    records.state[target] = records.state[source]
+    records.deadline[target] = records.deadline[source]
+    records.events_from[target] = records.events_from[source]
+    records.near_orbit[target] = records.near_orbit[source]
+    records.followed[target] = records.followed[source]
+    records.counted[target] = records.counted[source]
+    records.return_goal[target] = records.return_goal[source]
+    end_record(records, source)
+
+
+@kernel
+def end_record(records: LaneRecords, lane: int) -> None:
+    """Note that a lane has no trajectory."""
+    records.trajectory[lane] = -1
+    records.state[lane] = ENDING

@@ -1,21 +1,28 @@
 """Tables of an oscillator at a forcing frequency for the lockstep kernels: polynomials over a cell.
 
-A lane is one of the trajectories that a lockstep kernel computes together; q is the contact coordinate. Within a cell,
-z runs from -1 to 1. Two quantities are polynomials in z: q, from the state at the start of the cell, and how much an
-impulse on the contact at z changes the state at the end of the cell. Expanded about the middle of the cell, the degree
-LANE_DEGREE suffices for round-off: the next term is below (CELL_REACH / 2)^15 / 15! = 2e-17 of a block's amplitude.
+A lane is one of the trajectories that a lockstep kernel computes together; q is the contact coordinate. All lanes share
+one table, or every lane has its own. Those of a trajectory are then copied into its lane when it starts
+(`begin_separate`), and from there into batches of lanes in a cell (`put_in_pass`, `put_in_changes`).
+
+Within a cell, z runs from -1 to 1. Two quantities are polynomials in z: q, from the state at the start of the cell, and
+how much an impulse on the contact at z changes the state at the end of the cell. Both are expanded about the middle of
+the cell to the degree LANE_DEGREE, which suffices for round-off.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numba import njit
 
-from grazemap_core.arrays import Floats
-from grazemap_core.contact.kernels.cells import CellProblem, Forced
-from grazemap_core.contact.kernels.sticking_flow import rotated_entry
+from grazemap_core.arrays import Floats, Integers, aligned
+from grazemap_core.contact.kernels.cells import CellProblem, Forced, rotated_entry
+from grazemap_core.contact.kernels.first_contact import HERMITE_DIVISOR
 from grazemap_core.maps.tolerances import LANE_DEGREE
 from grazemap_core.model.kernels.block_flow import block_flow
+from grazemap_core.numerics.jit.compiled import inlined, kernel
+from grazemap_core.numerics.jit.lane_values import put_lane_value, record_of, store, table_of
 from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
 from grazemap_core.orbits.kernels.verification import ImpulseBlocks
 from grazemap_core.records import NamedTuple
@@ -36,12 +43,13 @@ FLOW_DEGREE = 7
 BLOCK_NUMBERS = 4
 """How many numbers `LaneTables.block` has for each block."""
 
-HERMITE_DIVISOR = 384.0
-"""A function differs from its cubic Hermite interpolant over a cell of length h by at most h^4/384 max |q''''|."""
+OF_GROUP, OF_FIRST_PASS, OF_SECOND_PASS, OF_CHANGES = 0, 1, 2, 3
+"""Tables of the lanes of a group, of a batch in the first and in the second pass over a cell, and in a batch of
+`tangent_batches`."""
 
 # entries of `scalars`
 STEP, VISCOUS_TERM, STEADY, STEADY_FOURTH, IMPULSE_REACH, IMPULSE_FOURTH = 0, 1, 2, 3, 4, 5
-"""Length h of a cell; the viscous term of `sticking_flow.HeldProblem`; bounds of the reference motion, and of h^4/384
+"""Length h of a cell; the viscous term of `cells.HeldProblem`; bounds of the reference motion, and of h^4/384
 times its fourth derivative; contributions of a unit of velocity given to q to the bounds of |q| and of h^4/384
 |q''''|."""
 SCALAR_COUNT = 6
@@ -91,6 +99,29 @@ class LaneModel(NamedTuple):
     """Tables for the lockstep kernels."""
     blocks: ImpulseBlocks
     """Blocks for the kernels that verify orbits."""
+
+
+class LaneModels(NamedTuple):
+    """The model that all trajectories share, or that each of them has for itself (`lane_values.record_of`)."""
+
+    shared: LaneModel
+    """The model of all, or of one of them; all have the same number of cells in a period."""
+    addresses: Integers
+    """(LANES,) Where the model of every lane is in memory; 0 where it is shared."""
+    of_trajectories: Integers
+    """(n,) Where the model of every trajectory is in memory; (0,) where it is shared."""
+
+
+class TablesPerLane(NamedTuple):
+    """Tables of lanes that have their own, or none where they are shared."""
+
+    number: int
+    """Their number."""
+    tables: tuple[LaneTables, ...]
+    """OF_GROUP to OF_CHANGES."""
+
+
+SHARED_TABLES = TablesPerLane(0, ())
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -213,3 +244,94 @@ def lane_tables(forced: Forced) -> LaneTables:
         problem.displacement_scale.copy().reshape(-1),
         scalars,
     )
+
+
+def separate_tables(size: int, pitch: int, cells: int) -> LaneTables:
+    """Return empty tables of lanes that have their own, for so many blocks and cells; `forcing` is that of one cell."""
+    places = {
+        "flow": 4 * size,
+        "output_row": 4 * size,
+        "steady_table": 2 * (cells + 1),
+        "bound": 3 * size,
+        "series": 2 * size * TERMS,
+        "forcing": TERMS,
+        "unit_impulse": 2 * size * TERMS,
+        "response": TERMS,
+        "change_series": 2 * size * FLOW_DEGREE,
+        "block": BLOCK_NUMBERS * size,
+        "displacement_scale": 2 * size,
+        "scalars": SCALAR_COUNT,
+    }
+    empty = {name: aligned(np.zeros((count, pitch))) for name, count in places.items()}
+    return LaneTables(block_response=np.zeros(0), **empty)
+
+
+class SeparateModels:
+    """Models of trajectories, each of which has its own.
+
+    The models are where kernels expect them as long as this object exists.
+
+    Attributes
+    ----------
+    models : LaneModels
+    """
+
+    def __init__(self, models: Sequence[LaneModel]) -> None:
+        """Store models with the same number of cells in a period."""
+        size = store(models[0], 0)
+        self._kept = models, np.zeros(len(models) * size, dtype=np.uint8)
+        places = self._kept[1].ctypes.data + size * np.arange(len(models), dtype=np.int64)
+        for model, place in zip(models, places.tolist(), strict=True):
+            store(model, place)
+        self.models = LaneModels(models[0], np.full(LANES, places[0]), places)
+
+
+@inlined
+def _copy(target: Floats, pitch: int, lane: int, source: Floats) -> None:
+    """Copy numbers that all lanes share to the first places of a lane of its own."""
+    for place in range(source.shape[0]):
+        put_lane_value(target, place, pitch, lane, source[place])
+
+
+@kernel
+def begin_separate(models: LaneModels, separate: TablesPerLane, lane: int, trajectory: int) -> None:
+    """Give a lane the model of a trajectory, if each has its own."""
+    if separate.number > 0:
+        models.addresses[lane] = models.of_trajectories[trajectory]
+        tables, group = record_of(models, lane).tables, table_of(separate, OF_GROUP, models)
+        _copy(group.flow, LANES, lane, tables.flow)
+        _copy(group.output_row, LANES, lane, tables.output_row)
+        _copy(group.steady_table, LANES, lane, tables.steady_table)
+        _copy(group.bound, LANES, lane, tables.bound)
+        _copy(group.displacement_scale, LANES, lane, tables.displacement_scale)
+        _copy(group.scalars, LANES, lane, tables.scalars)
+
+
+@inlined
+def put_in_pass(batch: LaneTables, pitch: int, k: int, tables: LaneTables, cell: int) -> None:
+    """Copy a lane's tables for a cell to a batch, where every lane has its own."""
+    _copy(batch.flow, pitch, k, tables.flow)
+    _copy(batch.output_row, pitch, k, tables.output_row)
+    _copy(batch.bound, pitch, k, tables.bound)
+    _copy(batch.series, pitch, k, tables.series)
+    _copy(batch.unit_impulse, pitch, k, tables.unit_impulse)
+    _copy(batch.response, pitch, k, tables.response)
+    _copy(batch.scalars, pitch, k, tables.scalars)
+    _copy(batch.steady_table, pitch, k, tables.steady_table[2 * cell : 2 * cell + 4])
+    _copy(batch.forcing, pitch, k, tables.forcing[TERMS * cell : TERMS * (cell + 1)])
+
+
+@inlined
+def put_in_changes(batch: LaneTables, pitch: int, k: int, tables: LaneTables) -> None:
+    """Copy what `tangent_batches` needs of a lane's tables to a batch, where every lane has its own."""
+    _copy(batch.output_row, pitch, k, tables.output_row)
+    _copy(batch.bound, pitch, k, tables.bound)
+    _copy(batch.change_series, pitch, k, tables.change_series)
+    _copy(batch.block, pitch, k, tables.block)
+    _copy(batch.scalars, pitch, k, tables.scalars)
+
+
+@kernel
+def cell_of_pass(separate: TablesPerLane, cell: int) -> int:
+    """Return where a batch has the tables of a cell: where every lane has its own, they are those of one cell."""
+    return cell if separate.number == 0 else 0

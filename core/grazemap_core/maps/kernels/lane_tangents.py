@@ -28,7 +28,12 @@ from grazemap_core.contact.kernels.runs import (
     STOP,
     TIME,
     VELOCITY,
+    ContactState,
     Run,
+    contact_of_lane,
+    contact_of_run,
+    contact_states,
+    copy_contact,
     new_run,
 )
 from grazemap_core.contact.kernels.stops import Stops, restitution_of
@@ -43,9 +48,9 @@ from grazemap_core.maps.kernels.lane_errors import (
     shorten_change,
     steepest_impact,
 )
-from grazemap_core.maps.kernels.lane_tables import LANES, LaneModel
-from grazemap_core.maps.kernels.lockstep import EVENT_ACCELERATION, FREE, Engine, Lanes, lane_stops
-from grazemap_core.maps.kernels.separate_tables import LaneModels
+from grazemap_core.maps.kernels.lane_tables import LANES, LaneModel, LaneModels
+from grazemap_core.maps.kernels.lanes import EVENT_ACCELERATION, Lanes, lane_stops, state_of_lane
+from grazemap_core.maps.kernels.lockstep import Engine
 from grazemap_core.maps.kernels.tangent_batches import (
     BATCH,
     REMAINDER,
@@ -57,7 +62,7 @@ from grazemap_core.maps.kernels.tangent_batches import (
     tangent_batch,
 )
 from grazemap_core.maps.tolerances import HALF_PERIOD_EVENTS
-from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel
+from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel, plain
 from grazemap_core.numerics.jit.lane_values import record_of
 from grazemap_core.orbits.tolerances import MAX_VERIFIED_IMPACTS
 from grazemap_core.records import NamedTuple
@@ -107,15 +112,9 @@ class LaneTangents(NamedTuple):
     places: Integers
     """(MOST_SORTED + 2,) Scratch."""
     even: Floats
-    """State of every lane at the start of the half period, as in `lockstep.Lanes`."""
-    cursor: Integers
-    """`lockstep.Lanes.cursor` at the start of the half period."""
-    near: Floats
-    """`lockstep.Lanes.near` at the start of the half period."""
-    resting: Floats
-    """`lockstep.Lanes.resting` at the start of the half period."""
-    since: Floats
-    """`lockstep.Lanes.since` at the start of the half period."""
+    """`Lanes.even` at the start of the half period."""
+    contacts: ContactState
+    """`Lanes.contacts` at the start of the half period."""
     batch: TangentBatch
     """Scratch of a batch of lanes."""
     scratch: lyapunov.Tangents
@@ -145,10 +144,7 @@ def lane_tangents(masses: int, harmonics: int, halves: int) -> LaneTangents:
         sorted=np.zeros(LANES, dtype=np.int64),
         places=np.zeros(MOST_SORTED + 2, dtype=np.int64),
         even=np.zeros((2 * masses + 2) * LANES),
-        cursor=np.zeros((LANES, 4), dtype=np.int64),
-        near=np.zeros((LANES, 3)),
-        resting=np.zeros((LANES, masses - 1, 2)),
-        since=np.zeros((LANES, 2)),
+        contacts=contact_states(masses, LANES),
         batch=tangent_batch(masses),
         scratch=lyapunov.tangents(masses, (halves + 1) // 2),
         run=new_run(masses, harmonics, SCALAR_EVENTS),
@@ -186,71 +182,49 @@ def move_tangents(tangents: LaneTangents, source: int, target: int) -> None:
 
 @kernel
 def save_lane_starts(group: Lanes, tangents: LaneTangents, used: int) -> None:
-    """Save the states and regimes of the lanes at the start of a half period."""
-    regime = group.regime
-    even, saved, cursor, saved_cursor = group.even, tangents.even, group.cursor, tangents.cursor
+    """Save the states of the lanes at the start of a half period."""
+    even, saved = group.even, tangents.even
     for c in range(even.shape[0] // LANES):
         copy_vector(saved[c * LANES : c * LANES + used], even[c * LANES : c * LANES + used])
     for lane in range(used):
-        for c in range(4):
-            saved_cursor[lane, c] = cursor[lane, c]
-        if regime[lane] != FREE:
-            copy_vector(tangents.near[lane], group.near[lane])
-            copy_matrix(tangents.resting[lane], group.resting[lane])
-            copy_vector(tangents.since[lane], group.since[lane])
+        copy_contact(contact_of_lane(tangents.contacts, lane), contact_of_lane(group.contacts, lane))
 
 
 @kernel
-def _carry_through_impacts(
-    problem: CellProblem, stops: Stops, events: Floats, first: int, rows: int, viscous_term: float, columns: Floats
-) -> None:
-    """Propagate changes along a half period without rests; its impacts are rows first to rows - 1 of the events."""
-    passed = 0.0
-    for row in range(first, rows + 1):
-        last = row == rows
-        time = problem.step * (problem.cells // 2) if last else events[row, TIME]
+def _carry_through_impacts(model: LaneModel, stops: Stops, impacts: Floats, columns: Floats) -> None:
+    """Propagate changes along a half period without rests, whose impacts are these rows of a lane's events."""
+    problem, viscous_term, passed, count = model.forced.free, model.forced.held.viscous_term, 0.0, impacts.shape[0]
+    for row in range(count + 1):
+        time = impacts[row, TIME] if row < count else problem.step * (problem.cells // 2)
         flow_tangent(problem.decay, problem.discriminant, problem.frequency_squared, time - passed, columns)
         passed = time
-        if not last:
+        if row < count:
             # the viscous term of the acceleration changes sign with the velocity
-            speed, restitution = abs(events[row, VELOCITY]), restitution_of(stops, events[row, STOP])
-            before = events[row, EVENT_ACCELERATION] - viscous_term * (1.0 + restitution) * speed
+            speed, restitution = abs(impacts[row, VELOCITY]), restitution_of(stops, impacts[row, STOP])
+            before = impacts[row, EVENT_ACCELERATION] - viscous_term * (1.0 + restitution) * speed
             apply_saltation(problem, restitution, speed, before, columns)
 
 
 @kernel
-def _carry_again(model: LaneModel, tangents: LaneTangents, lane: int, stops: Stops, half: int, columns: Floats) -> int:
-    """Run a half period of one lane again, with its tangents. Returns the status of `tangent.run_half_linearised`."""
-    run, u = tangents.run, tangents.run.u
-    for j in range(u.shape[0]):
-        for c in range(2):
-            u[j, c] = tangents.even[(2 * j + c) * LANES + lane]
-    copy_vector(run.cursor, tangents.cursor[lane])
-    copy_vector(run.near[:3], tangents.near[lane])
-    copy_matrix(run.held.state, tangents.resting[lane])
-    copy_vector(run.held.since, tangents.since[lane])
-    return run_half_linearised(model.forced, stops, run, half, columns, tangents.began)
-
-
-@kernel
-def _carry_alone(
-    model: LaneModel, group: Lanes, tangents: LaneTangents, lane: int, half: int, columns: Floats, elapsed: float
-) -> int:
+def _carry_alone(engine: Engine, tangents: LaneTangents, lane: int, half: int, columns: Floats, elapsed: float) -> int:
     """Propagate changes to the end of a half period of one lane. Returns a status as `tangent.run_half_linearised`."""
-    problem, impacts, first = model.forced.free, tangents.impacts[lane], tangents.cursor[lane, EVENT_COUNT]
+    model, group, run = record_of(engine.models, lane), engine.group, tangents.run
+    problem, stops, impacts = model.forced.free, lane_stops(group, lane), tangents.impacts[lane]
     if elapsed > 0.0:
         flow_tangent(problem.decay, problem.discriminant, problem.frequency_squared, elapsed, columns)
     if impacts == NOT_ALL:
-        return _carry_again(model, tangents, lane, lane_stops(group, lane), half, columns)
-    stops, events = lane_stops(group, lane), group.events[lane]
-    _carry_through_impacts(problem, stops, events, first, first + impacts, model.forced.held.viscous_term, columns)
+        state_of_lane(tangents.even, lane, run.u)
+        copy_contact(contact_of_run(run), contact_of_lane(tangents.contacts, lane))
+        return run_half_linearised(model.forced, stops, run, half, columns, tangents.began)
+    first = tangents.contacts.cursor[lane, EVENT_COUNT]
+    _carry_through_impacts(model, stops, group.events[lane][first : first + impacts], columns)
     return OK
 
 
 @kernel
 def count_impacts(group: Lanes, tangents: LaneTangents, used: int) -> None:
     """Write `tangents.impacts` of the half period that `run_half` has run since `save_lane_starts`."""
-    before, after, mixed, impacts = tangents.cursor, group.cursor, group.mixed, tangents.impacts
+    before, after, mixed, impacts = tangents.contacts.cursor, group.contacts.cursor, group.mixed, tangents.impacts
     for lane in range(used):
         rows = after[lane, EVENT_COUNT]
         known = mixed[lane] == 0 and rows <= group.events.shape[1]
@@ -292,15 +266,15 @@ def _fill_batch(tangents: LaneTangents, begin: int, count: int) -> int:
     filled = (count - 1) % BATCH + 1 if begin == 0 else BATCH
     for k in range(filled):
         lane = tangents.sorted[begin + k]
-        batch.lanes[k], batch.first[k] = lane, tangents.cursor[lane, EVENT_COUNT]
+        batch.lanes[k], batch.first[k] = lane, tangents.contacts.cursor[lane, EVENT_COUNT]
         batch.impacts[k] = tangents.impacts[lane]
     return filled
 
 
 @kernel
-def _middle(halves: int, skipped: int) -> int:
-    """Return the number of half periods before the second half of those that count, as in `lyapunov`."""
-    return skipped + (halves - skipped) // 2
+def _is_measured(tangents: LaneTangents, lane: int) -> bool:
+    """Return whether the growth of changes along a lane is measured."""
+    return bool(tangents.carried[lane] == FIRST or tangents.carried[lane] == PAIR)
 
 
 @kernel
@@ -345,17 +319,14 @@ def carry_changes(engine: Engine, tangents: LaneTangents, half: int, skipped: in
     skipped : int
         Half periods at the start of a measurement of growth that do not count.
     """
-    models, group = engine.models, engine.group
-    carried, errors, status = tangents.carried, tangents.errors, group.status
+    carried, errors, status = tangents.carried, tangents.errors, engine.group.status
     for lane in range(used):
         if status[lane] != OK:
             carried[lane], errors.carried[lane] = NOTHING, 0
-        if (carried[lane] == FIRST or carried[lane] == PAIR) and tangents.grown[lane] == tangents.growth.shape[1]:
+        if _is_measured(tangents, lane) and tangents.grown[lane] == tangents.growth.shape[1]:
             carried[lane] = NOTHING
-        if carried[lane] == ALL:
-            model = record_of(models, lane)
-            if _carry_alone(model, group, tangents, lane, half, tangents.full[lane], 0.0) != OK:
-                carried[lane] = LOST
+        if carried[lane] == ALL and _carry_alone(engine, tangents, lane, half, tangents.full[lane], 0.0) != OK:
+            carried[lane] = LOST
     wanted, singles, pairs = tangents.wanted, 0, 0
     for lane in range(used):
         if carried[lane] == PAIR:
@@ -378,12 +349,12 @@ def _carry_lanes(
 ) -> None:
     """Propagate the changes of the lanes that want as many of them as `columns` has entries."""
     models, group = engine.models, engine.group
-    carried, errors, wanted, batch = tangents.carried, tangents.errors, tangents.wanted, tangents.batch
+    errors, wanted, batch = tangents.errors, tangents.wanted, tangents.batch
     count = _sort_by_impacts(models, tangents, len(columns), used)
     for lane in range(used):
         if wanted[lane] == len(columns) and (count == 0 or tangents.impacts[lane] == NOT_ALL):
-            _carry_by_itself(record_of(models, lane), group, tangents, lane, half, skipped)
-    begin = int(np.int64(0))
+            _carry_by_itself(engine, tangents, lane, half, skipped)
+    begin = plain(0)
     while begin < count:
         filled = _fill_batch(tangents, begin, count)
         begin += filled
@@ -393,7 +364,7 @@ def _carry_lanes(
             problem = record_of(models, lane).forced.free
             if not square > 0.0:
                 square = _make_orthonormal(problem.frequency, tangents, lane)
-            elif carried[lane] == FIRST or carried[lane] == PAIR:
+            elif _is_measured(tangents, lane):
                 entry = tangents.growth[lane, tangents.grown[lane]]
                 entry[0] = 0.5 * math.log(square)
                 if len(columns) == 2:
@@ -401,30 +372,29 @@ def _carry_lanes(
             if errors.carried[lane] != 0:
                 sharpest, steepest = batch.rows[SHARPEST * BATCH + k], batch.rows[STEEPEST * BATCH + k]
                 carry_error(group, errors, lane, square, sharpest / largest_reach(problem), steepest)
-            _enter_growth(problem, group, tangents, lane, half, skipped)
+            _enter_growth(engine, tangents, lane, half, skipped)
 
 
 @kernel
-def _carry_by_itself(
-    model: LaneModel, group: Lanes, tangents: LaneTangents, lane: int, half: int, skipped: int
-) -> None:
+def _carry_by_itself(engine: Engine, tangents: LaneTangents, lane: int, half: int, skipped: int) -> None:
     """Propagate the changes of one lane."""
-    errors, impacts, first, steepest = tangents.errors, tangents.impacts[lane], tangents.cursor[lane, EVENT_COUNT], 0.0
+    group, errors, impacts, steepest = engine.group, tangents.errors, tangents.impacts[lane], 0.0
     if impacts != NOT_ALL:
-        steepest = steepest_impact(group.events[lane], first, first + impacts)
+        first = tangents.contacts.cursor[lane, EVENT_COUNT]
+        steepest = steepest_impact(group.events[lane][first : first + impacts])
     elif group.tally[HELD_RIGHT, lane] + group.tally[HELD_LEFT, lane] == 0.0:
         steepest = np.inf  # a graze, or too many impacts; before a rest a chatter leads to it in any case
-    if _carry_alone(model, group, tangents, lane, half, errors.changes[lane], errors.elapsed[lane]) != OK:
+    if _carry_alone(engine, tangents, lane, half, errors.changes[lane], errors.elapsed[lane]) != OK:
         if errors.carried[lane] != 0:
             lose_error(errors, lane)
-        if tangents.carried[lane] == FIRST or tangents.carried[lane] == PAIR:
+        if _is_measured(tangents, lane):
             tangents.carried[lane] = LOST
         return
     errors.elapsed[lane] = 0.0
-    square = _make_orthonormal(model.forced.free.frequency, tangents, lane)
+    square = _make_orthonormal(record_of(engine.models, lane).forced.free.frequency, tangents, lane)
     if errors.carried[lane] != 0:
         carry_error(group, errors, lane, square, steepest, steepest)
-    _enter_growth(model.forced.free, group, tangents, lane, half, skipped)
+    _enter_growth(engine, tangents, lane, half, skipped)
 
 
 @kernel
@@ -434,7 +404,7 @@ def _make_orthonormal(frequency: Floats, tangents: LaneTangents, lane: int) -> f
     Where nothing is left of the first one, another begins. Returns the square of its growth.
     """
     errors, carried = tangents.errors, tangents.carried[lane]
-    if carried != FIRST and carried != PAIR:
+    if not _is_measured(tangents, lane):
         return shorten_change(frequency, errors, lane)
     growth = tangents.growth[lane, tangents.grown[lane]]
     if carried == FIRST:
@@ -448,21 +418,24 @@ def _make_orthonormal(frequency: Floats, tangents: LaneTangents, lane: int) -> f
 
 
 @kernel
-def _enter_growth(
-    problem: CellProblem, group: Lanes, tangents: LaneTangents, lane: int, half: int, skipped: int
-) -> None:
+def _enter_growth(engine: Engine, tangents: LaneTangents, lane: int, half: int, skipped: int) -> None:
     """Count a half period in which the growth along a lane was written; enter the moments of the orbit."""
-    if tangents.carried[lane] != FIRST and tangents.carried[lane] != PAIR:
+    if not _is_measured(tangents, lane):
         return
+    problem, even, first = (
+        record_of(engine.models, lane).forced.free,
+        engine.group.even,
+        tangents.carried[lane] == FIRST,
+    )
     k, halves, sign = tangents.grown[lane], tangents.growth.shape[1], 1.0 if half % 2 == 0 else -1.0
-    middle, first = _middle(halves, skipped), tangents.carried[lane] == FIRST
+    middle = skipped + (halves - skipped) // 2  # of those that count, as in `lyapunov`
     if (k + 1 == skipped or k + 1 == middle or k + 1 == halves) and tangents.errors.elapsed[lane] != 0.0:
         _flow_to_end(problem, tangents, lane)  # so that sums over what counts are those of whole half periods
     tangents.grown[lane] = k + 1
     if k >= skipped and not (first and k >= middle):  # without a second change the motion is chaotic
         moments = tangents.moments[lane, 0 if 2 * (k - skipped) < halves - skipped else 1]
         for c in range(moments.shape[0]):
-            z = sign * group.even[c * LANES + lane]
+            z = sign * even[c * LANES + lane]
             moments[c, 0] += z
             moments[c, 1] += z * z
     if first and k + 1 == middle and not _is_chaotic(tangents, lane, skipped):
@@ -507,7 +480,7 @@ def growth_of_lane(
     NaN where growth was not measured to the end.
     """
     halves, carried = tangents.growth.shape[1], tangents.carried[lane]
-    if (carried != FIRST and carried != PAIR) or tangents.grown[lane] != halves:
+    if not _is_measured(tangents, lane) or tangents.grown[lane] != halves:
         return GROWTH_UNDECIDED, np.nan, np.nan
     paired = tangents.paired[lane]
     second_skipped = paired + paired % 2 + skipped if carried == PAIR else halves  # even

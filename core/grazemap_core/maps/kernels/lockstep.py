@@ -1,18 +1,12 @@
 """Trajectories in lockstep, cell after cell.
 
->>> group = lanes(masses=3)  # room for LANES trajectories, side by side
->>> for lane, gap in enumerate((1.5, 1.6)):  # two clearances
-...     set_stops(group, lane, Stops(gap, gap, 0.8, 0.8, gap, 64.0, 0.0, True))  # 0.8: restitution of either stop
->>> lane_stops(group, 1).left, lane_stops(group, 2).left  # the third lane is out of use: its stops are out of reach
-(1.6, 1e+300)
-
 A cell is one step of the time grid; half a forcing period has a whole number of cells (`run_half` carries the lanes
 over it). All lanes are in the same cell; each has its own stops, state and regime: FREE between the stops, NEAR a stop
 that the contact has just left, or RESTING on one. They share an oscillator and a forcing frequency, or each has its own
 (`LaneModels`). Cells without a contact, and cells with one impact that can be certified, are computed for all lanes at
 once (`first_pass`). Lanes with several impacts on one stop, a slow rebound or a close passage go through a second pass
 together (`second_pass`). All others (rest on a stop, a graze to within round-off, both stops in one cell) go through
-the cell one by one, as a single trajectory would (`event_loop`, `sticking`).
+the cell one by one, as a single trajectory would (`half_period`, `sticking`).
 
 The result of a lane does not depend on the others, to the last bit.
 """
@@ -22,133 +16,55 @@ The result of a lane does not depend on the others, to the last bit.
 
 from __future__ import annotations
 
-import numpy as np
-
-from grazemap_core.arrays import Floats, Integers, aligned
+from grazemap_core.arrays import Floats, Integers
 from grazemap_core.contact.kernels import runs
 from grazemap_core.contact.kernels.cells import (
-    CellProblem,
     begin_half_period,
-    bounds,
     contact_acceleration_of,
     contact_motion,
     reach_from,
     reference_at,
-    reference_at_half,
 )
-from grazemap_core.contact.kernels.event_loop import may_rest, run_cell
-from grazemap_core.contact.kernels.runs import Moment, Run
-from grazemap_core.contact.kernels.sticking import rest_in_cell, write_free_state
-from grazemap_core.contact.kernels.stops import Stops, restitution_of
-from grazemap_core.contact.tolerances import ANCHORED_GAP, CONTACT_ROUNDING
+from grazemap_core.contact.kernels.half_period import may_rest, rest_in_cell, run_cell
+from grazemap_core.contact.kernels.runs import Moment, Run, contact_of_lane, contact_of_run, copy_contact, put_on_stop
+from grazemap_core.contact.kernels.sticking import write_free_state
+from grazemap_core.contact.tolerances import ANCHORED_GAP
 from grazemap_core.maps.kernels import first_pass, second_pass
-from grazemap_core.maps.kernels.first_pass import (
-    PITCH,
-    VECTOR,
-    LaneBatch,
-    Masses,
-    advance,
-    lane_batch,
-    solve_impacts,
-    update_limits,
-)
-from grazemap_core.maps.kernels.lane_tables import HERMITE_DIVISOR, LANES, STEP
-from grazemap_core.maps.kernels.second_pass import WIDTH
-from grazemap_core.maps.kernels.separate_tables import (
+from grazemap_core.maps.kernels.first_pass import PITCH, VECTOR, Masses, advance, solve_impacts, update_limits
+from grazemap_core.maps.kernels.lane_tables import (
+    LANES,
     OF_FIRST_PASS,
     OF_GROUP,
     OF_SECOND_PASS,
+    STEP,
     LaneModels,
     TablesPerLane,
     cell_of_pass,
     put_in_pass,
 )
-from grazemap_core.maps.tolerances import CLOSE_PASSAGE
+from grazemap_core.maps.kernels.lanes import (
+    EVENT_ACCELERATION,
+    FREE,
+    NEAR,
+    RESTING,
+    Lanes,
+    clear_lane,
+    lane_stops,
+    loss_of_limits,
+    no_limits,
+    put_state,
+    set_limits,
+    state_of_lane,
+)
+from grazemap_core.maps.kernels.second_pass import WIDTH
 from grazemap_core.model.kernels.block_flow import flow_state
-from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, inlined, kernel, plain
+from grazemap_core.numerics.jit.compiled import copy_vector, inlined, kernel, plain
 from grazemap_core.numerics.jit.lane_values import lane_row, lane_value, record_of, table_of
 from grazemap_core.numerics.jit.record_references import reference
 from grazemap_core.records import NamedTuple
 
-OUT_OF_REACH = 1e300
-"""Gap of a lane that is out of use; finite, so that differences are finite too."""
-
-FREE, NEAR, RESTING = 0, 1, 2
-"""Regimes at the boundary of a cell."""
 BECOMES_NEAR, BECOMES_FREE = 3, 4
 """Regimes in the second pass over a cell: NEAR, or FREE, at its end."""
-
-EVENT_ACCELERATION = runs.KIND + 1
-"""Column of a lane's events after those of `workspace`: acceleration toward the stop after an impact."""
-LANE_EVENT_COLUMNS = runs.KIND + 2
-
-
-class Lanes(NamedTuple):
-    """States and regimes of all lanes."""
-
-    even: Floats
-    """((2 N + 2) * LANES,) State: (u, u') of every block, q and q'. `even` and `odd` alternate as the start and the end
-    of a cell; a half period starts and ends in `even`."""
-    odd: Floats
-    """((2 N + 2) * LANES,) The other one of them."""
-    gap: Floats
-    """(2 * LANES,) Gap of the right stop of every lane, then of the left one."""
-    restitution: Floats
-    """(2 * LANES,) Restitution of the right stop of every lane, then of the left one."""
-    unit: Floats
-    """(LANES,) As in `stops.Stops`."""
-    chatter_impacts: Floats
-    """(LANES,) As in `stops.Stops`."""
-    settling_chatter: Floats
-    """(LANES,) As in `stops.Stops`."""
-    symmetric: Integers
-    """(LANES,) As in `stops.Stops`."""
-    close: Floats
-    """(LANES,) Distance from the stops up to which passages without a contact are bounded."""
-    limit: Floats
-    """(2 * LANES,) Limit of `first_pass.advance`."""
-    reach: Floats
-    """(LANES,) Bound of |q| for all time to come without impacts."""
-    tally: Floats
-    """(TALLY_SIZE, LANES) As in `runs.Run`."""
-    regime: Integers
-    """(LANES,) FREE between the stops, NEAR a stop that the contact has just left, RESTING on one."""
-    cursor: Integers
-    """(LANES, 4) Used for a lane that is not FREE, as in `runs.Run`."""
-    near: Floats
-    """(LANES, 3) `Run.near` of a lane that is not FREE, without a graze."""
-    resting: Floats
-    """(LANES, N - 1, 2) `sticking_flow.HeldProblem.state` of a lane that is not FREE."""
-    since: Floats
-    """(LANES, 2) `sticking_flow.HeldProblem.since` of a lane that is not FREE."""
-    status: Integers
-    """(LANES,) OK, or why the trajectory ended."""
-    events: Floats
-    """(LANES, capacity, LANE_EVENT_COLUMNS) Columns as in `workspace`, and EVENT_ACCELERATION. Events since the start
-    of the trajectory, or since the caller emptied them (`cursor`); those beyond the capacity are counted only."""
-    mixed: Integers
-    """(LANES,) 1 if the events of the last half period are not all impacts with a speed, or if the contact rested in
-    it."""
-    deferred: Integers
-    """(LANES,) Lanes that go through the present cell one by one."""
-    deferred_state: Floats
-    """(LANES, 2 N) (u, u') at which they start."""
-    deferred_offset: Floats
-    """(LANES,) Time in the cell at which they start."""
-    flags: Integers
-    """Scratch."""
-    flagged: Integers
-    """Scratch."""
-    not_free: Integers
-    """Scratch."""
-    lane_of: Integers
-    """Scratch."""
-    active: Integers
-    """Scratch."""
-    first_pass: LaneBatch
-    """Scratch."""
-    second_pass: LaneBatch
-    """Scratch."""
 
 
 class Engine(NamedTuple):
@@ -192,148 +108,6 @@ class LaneImpact(NamedTuple):
     """Acceleration of the contact after it."""
 
 
-def lanes(masses: int, events: int = 0) -> Lanes:
-    """Return lanes out of use for an oscillator, each with the capacity for `events` events."""
-    return Lanes(
-        even=aligned(np.zeros((2 * masses + 2) * LANES)),
-        odd=aligned(np.zeros((2 * masses + 2) * LANES)),
-        gap=aligned(np.full(2 * LANES, OUT_OF_REACH)),
-        restitution=aligned(np.zeros(2 * LANES)),
-        unit=aligned(np.ones(LANES)),
-        chatter_impacts=np.zeros(LANES),
-        settling_chatter=np.zeros(LANES),
-        symmetric=np.zeros(LANES, dtype=np.int64),
-        close=aligned(np.zeros(LANES)),
-        limit=aligned(np.full(2 * LANES, OUT_OF_REACH)),
-        reach=aligned(np.zeros(LANES)),
-        tally=aligned(np.zeros((runs.TALLY_SIZE, LANES))),
-        regime=np.zeros(LANES, dtype=np.int64),
-        cursor=np.zeros((LANES, 4), dtype=np.int64),
-        near=np.zeros((LANES, 3)),
-        resting=np.zeros((LANES, masses - 1, 2)),
-        since=np.zeros((LANES, 2)),
-        status=np.zeros(LANES, dtype=np.int64),
-        events=np.zeros((LANES, events, LANE_EVENT_COLUMNS)),
-        mixed=np.zeros(LANES, dtype=np.int64),
-        deferred=np.zeros(LANES, dtype=np.int64),
-        deferred_state=np.zeros((LANES, 2 * masses)),
-        deferred_offset=np.zeros(LANES),
-        flags=aligned(np.zeros(LANES, dtype=np.int64)),
-        flagged=np.zeros(LANES + 1, dtype=np.int64),
-        not_free=np.zeros(LANES, dtype=np.int64),
-        lane_of=np.zeros(WIDTH, dtype=np.int64),
-        active=np.zeros(WIDTH, dtype=np.int64),
-        first_pass=lane_batch(masses),
-        second_pass=second_pass.second_batch(masses),
-    )
-
-
-@kernel
-def set_stops(group: Lanes, lane: int, stops: Stops) -> None:
-    """Set the stops of a lane."""
-    group.gap[lane], group.gap[LANES + lane] = stops.right, stops.left
-    group.restitution[lane], group.restitution[LANES + lane] = stops.restitution_right, stops.restitution_left
-    group.unit[lane] = stops.unit
-    group.chatter_impacts[lane], group.settling_chatter[lane] = stops.chatter_impacts, stops.settling_chatter
-    group.symmetric[lane] = 1 if stops.symmetric else 0
-
-
-@kernel
-def lane_stops(group: Lanes, lane: int) -> Stops:
-    """Return the stops of a lane."""
-    return Stops(
-        group.gap[lane],
-        group.gap[LANES + lane],
-        group.restitution[lane],
-        group.restitution[LANES + lane],
-        group.unit[lane],
-        group.chatter_impacts[lane],
-        group.settling_chatter[lane],
-        group.symmetric[lane] != 0,
-    )
-
-
-@inlined
-def set_limits(limit: Floats, gap: Floats, lane: int, loss: float) -> None:
-    """Set both limits of a lane, by how much they are below the gaps."""
-    limit[lane] = (1.0 - CONTACT_ROUNDING) * gap[lane] - loss
-    limit[LANES + lane] = (1.0 - CONTACT_ROUNDING) * gap[LANES + lane] - loss
-
-
-@inlined
-def no_limits(group: Lanes, lane: int) -> None:
-    """Have every cell of a lane examined."""
-    group.limit[lane] = -np.inf
-    group.limit[LANES + lane] = -np.inf
-
-
-@kernel
-def clear_lane(group: Lanes, lane: int) -> None:
-    """Take a lane out of use: at rest, with stops out of reach."""
-    for c in range(group.even.shape[0] // LANES):
-        group.even[c * LANES + lane] = 0.0
-        group.odd[c * LANES + lane] = 0.0
-    group.gap[lane], group.gap[LANES + lane] = OUT_OF_REACH, OUT_OF_REACH
-    group.close[lane] = 0.0
-    group.limit[lane], group.limit[LANES + lane] = OUT_OF_REACH, OUT_OF_REACH
-    group.regime[lane] = FREE
-
-
-@kernel
-def _loss(problem: CellProblem, u: Floats, close: float) -> float:
-    """Return by how much the limits of `first_pass.advance` are below the gaps, but for the rounding of these."""
-    reach, fourth = bounds(problem, u)
-    square = problem.step * problem.step
-    return close + CONTACT_ROUNDING * reach + square * square / HERMITE_DIVISOR * fourth
-
-
-@kernel
-def set_state(group: Lanes, lane: int, problem: CellProblem, u: Floats, half: int) -> None:
-    """Set the state u (N, 2) of a lane, between the stops, at the start of a half period."""
-    blocks = u.shape[0]
-    x, v = contact_motion(problem, u, *reference_at_half(problem, half))
-    for j in range(blocks):
-        group.even[2 * j * LANES + lane] = u[j, 0]
-        group.even[(2 * j + 1) * LANES + lane] = u[j, 1]
-    group.even[2 * blocks * LANES + lane] = x
-    group.even[(2 * blocks + 1) * LANES + lane] = v
-    group.reach[lane] = reach_from(problem, lane_stops(group, lane), u, half)
-    set_limits(group.limit, group.gap, lane, _loss(problem, u, group.close[lane]))
-
-
-@kernel
-def start_lane(group: Lanes, lane: int, problem: CellProblem, stops: Stops, u: Floats) -> None:
-    """Start a trajectory between the stops in a lane, at the start of an even half period: u (N, 2) at phase 0."""
-    set_stops(group, lane, stops)
-    group.close[lane] = CLOSE_PASSAGE * stops.unit
-    set_state(group, lane, problem, u, plain(0))
-    group.regime[lane] = FREE
-    group.cursor[lane] = 0
-    group.status[lane] = runs.OK
-    group.tally[:, lane] = 0.0
-    group.tally[runs.MIN_SPEED, lane] = np.inf
-    group.tally[runs.MIN_UNPRESSED_SPEED, lane] = np.inf
-    group.tally[runs.MIN_GAP, lane] = np.inf
-
-
-@kernel
-def start_lane_on_stop(group: Lanes, lane: int, problem: CellProblem, stops: Stops, u: Floats, stop: int) -> None:
-    """Start a trajectory on a stop in a lane, not moving into it, at the start of an even half period."""
-    start_lane(group, lane, problem, stops, u)
-    _, v = contact_motion(problem, u, *reference_at_half(problem, plain(0)))
-    leaving = max(0.0, -stop * v)
-    _, _, acceleration = reference_at(problem, plain(0), 0.0)
-    contact_acceleration = stop * contact_acceleration_of(problem, u, acceleration)
-    group.cursor[lane, runs.ANCHOR] = stop
-    group.cursor[lane, runs.ZERO_ORDER] = 1 if leaving > 0.0 else 2
-    group.near[lane, runs.ANCHOR_GAP] = 0.0
-    group.near[lane, runs.ANCHOR_RATE] = leaving
-    group.regime[lane] = RESTING  # its first cell is computed for this lane alone
-    no_limits(group, lane)
-    if may_rest(restitution_of(stops, stop), problem.step, contact_acceleration, leaving):
-        group.status[lane] = runs.AT_STOP
-
-
 @inlined
 def _enter_passage(tally: Floats, lane: int, gap: float) -> None:
     """Enter the distance from the stops in a passage without a contact into a lane's tally."""
@@ -371,12 +145,14 @@ def _defer_cell(group: Lanes, lane: int, count: int, here: Floats) -> int:
 
 
 @kernel
-def _defer_after_impact(problem: CellProblem, group: Lanes, k: int, u: Floats, status: int, count: int) -> int:
+def _defer_after_impact(engine: Engine, k: int, status: int, count: int) -> int:
     """Defer lane k of the second pass from its last impact on. Returns how many lanes are deferred now.
 
     `status` is AT_STOP where the contact may come to rest there, else OK.
     """
+    group, u = engine.group, engine.run.u
     rows, end, lane = group.second_pass.rows, group.second_pass.end, group.lane_of[k]
+    problem = record_of(engine.models, lane).forced.free
     for j in range(u.shape[0]):
         u[j, 0] = end[2 * j * WIDTH + k]
         u[j, 1] = end[(2 * j + 1) * WIDTH + k]
@@ -387,10 +163,8 @@ def _defer_after_impact(problem: CellProblem, group: Lanes, k: int, u: Floats, s
         group.deferred_state[lane, 2 * j + 1] = u[j, 1]
     leaving = rows[second_pass.RATE * WIDTH + k] / (0.5 * problem.step)
     group.deferred_offset[lane] = problem.step - left
-    group.cursor[lane, runs.ANCHOR] = 1 if rows[second_pass.SIDE * WIDTH + k] > 0.0 else -1
-    group.cursor[lane, runs.ZERO_ORDER] = 1 if leaving > 0.0 else 2
-    group.near[lane, runs.ANCHOR_GAP] = 0.0
-    group.near[lane, runs.ANCHOR_RATE] = leaving
+    stop = 1 if rows[second_pass.SIDE * WIDTH + k] > 0.0 else -1
+    put_on_stop(group.contacts.cursor[lane], group.contacts.near[lane], stop, leaving)
     group.status[lane] = status
     group.deferred[count] = lane
     return count + 1
@@ -441,9 +215,9 @@ def _run_second_pass(engine: Engine, step: CellStep, count: int, deferred: int) 
 @kernel
 def _enter_impacts_of_round(engine: Engine, step: CellStep, count: int, deferred: int) -> int:
     """Enter the impacts of the last round, and defer the lanes that may come to rest. Returns how many are deferred."""
-    models, group, u = engine.models, engine.group, engine.run.u
+    models, group = engine.models, engine.group
     rows, lane_of, active = group.second_pass.rows, group.lane_of, group.active
-    tally, cursor, events, half = group.tally, group.cursor, group.events, step.half
+    tally, cursor, events, half = group.tally, group.contacts.cursor, group.events, step.half
     for k in range(count):
         if active[k] != 0 and rows[second_pass.JUMP * WIDTH + k] != 0.0:
             problem = record_of(models, lane_of[k]).forced.free
@@ -457,7 +231,7 @@ def _enter_impacts_of_round(engine: Engine, step: CellStep, count: int, deferred
             _enter_impact(tally, cursor, events, lane_of[k], half, impact)
             restitution = rows[second_pass.RESTITUTION * WIDTH + k]
             if may_rest(restitution, length, contact_acceleration, restitution * speed):
-                deferred = _defer_after_impact(problem, group, k, u, plain(runs.AT_STOP), deferred)
+                deferred = _defer_after_impact(engine, k, plain(runs.AT_STOP), deferred)
                 active[k] = 0
     return deferred
 
@@ -468,13 +242,13 @@ def _leave_second_pass(engine: Engine, step: CellStep, k: int, deferred: int) ->
 
     Returns how many lanes are deferred now.
     """
-    group, u = engine.group, engine.run.u
-    rows, lane, near, regime = group.second_pass.rows, group.lane_of[k], group.near, group.regime
+    group = engine.group
+    rows, lane, near, regime = group.second_pass.rows, group.lane_of[k], group.contacts.near, group.regime
     problem, on_stop = record_of(engine.models, lane).forced.free, rows[second_pass.ON_STOP * WIDTH + k] > 0.0
     group.active[k] = 0
     if rows[second_pass.OUTCOME * WIDTH + k] != second_pass.CLEAR:
         if on_stop:
-            return _defer_after_impact(problem, group, k, u, plain(runs.OK), deferred)
+            return _defer_after_impact(engine, k, plain(runs.OK), deferred)
         return _defer_cell(group, lane, deferred, step.here)
     _enter_passage(group.tally, lane, rows[second_pass.LEAST_GAP * WIDTH + k])
     stays = False
@@ -496,7 +270,7 @@ def _leave_second_pass(engine: Engine, step: CellStep, k: int, deferred: int) ->
 def _write_second_pass(group: Lanes, step: CellStep, count: int, states: int) -> None:
     """Write the states and regimes at the end of the cell of the lanes of the second pass that reach it."""
     rows, end, there, lane_of = group.second_pass.rows, group.second_pass.end, step.there, group.lane_of
-    regime, cursor, limit, gap = group.regime, group.cursor, group.limit, group.gap
+    regime, cursor, limit, gap = group.regime, group.contacts.cursor, group.limit, group.gap
     for k in range(count):
         lane = lane_of[k]
         if regime[lane] != BECOMES_NEAR and regime[lane] != BECOMES_FREE:
@@ -523,15 +297,15 @@ def _solve_flagged(engine: Engine, step: CellStep, used: int) -> int:
     flagged, not_free, regime, lane_of = group.flagged, group.not_free, group.regime, group.lane_of
     gap, restitution, unit, close, limit = group.gap, group.restitution, group.unit, group.close, group.limit
     here, there = step.here, step.there
-    tally, cursor, events, half = group.tally, group.cursor, group.events, step.half
+    tally, events, half = group.tally, group.events, step.half
+    cursor, near = group.contacts.cursor, group.contacts.near
     rows, end = group.first_pass.rows, group.first_pass.end
     second, start = group.second_pass.rows, group.second_pass.start
     states, place = 2 * len(engine.masses), step.cell % (models.shared.forced.free.cells // 2)
     steps = lane_row(table_of(engine.separate, OF_GROUP, models).scalars, STEP, LANES)
     free, others = _solve_free(engine, step, used)
-    # typed explicitly: `_run_second_pass` would be compiled again for each literal 0
-    filled = int(np.int64(0))
-    deferred = int(np.int64(0))
+    filled = plain(0)
+    deferred = plain(0)
     for i in range(free + others):
         if i < free:
             lane, outcome = flagged[i], rows[first_pass.OUTCOME * PITCH + i]
@@ -546,15 +320,28 @@ def _solve_flagged(engine: Engine, step: CellStep, used: int) -> int:
                 there[(states + 1) * LANES + lane] = rows[first_pass.END_V * PITCH + i]
                 set_limits(limit, gap, lane, rows[first_pass.END_LOSS * PITCH + i] + close[lane])
                 length = lane_value(steps, lane)
-                _enter_impact(tally, cursor, events, lane, half, _impact(rows, i, length * place, 0.5 * length))
+                impact = LaneImpact(
+                    length * place + 0.5 * length * (1.0 + rows[first_pass.IMPACT_Z * PITCH + i]),
+                    rows[first_pass.SIDE * PITCH + i],
+                    rows[first_pass.SPEED * PITCH + i],
+                    rows[first_pass.CONTACT_ACCELERATION * PITCH + i],
+                )
+                _enter_impact(tally, cursor, events, lane, half, impact)
                 continue
-            _put_free_lane(rows, second, outcome, i, filled, 0.5 * lane_value(steps, lane))
+            if outcome == first_pass.FIRST_IMPACT:
+                _put_after_impact(rows, second, i, filled)
+            else:
+                side, half_cell = rows[first_pass.SIDE * PITCH + i], 0.5 * lane_value(steps, lane)
+                start_gap = rows[first_pass.GAP * PITCH + i] - side * rows[first_pass.START_X * PITCH + i]
+                rate = -side * rows[first_pass.START_V * PITCH + i] * half_cell
+                _put_at_start(second, filled, side, start_gap, rate)
         else:
             lane = not_free[i - free]
             if regime[lane] == RESTING:
                 deferred = _defer_cell(group, lane, deferred, here)
                 continue
-            _put_near_lane(cursor, group.near, second, lane, filled, 0.5 * lane_value(steps, lane))
+            rate = near[lane, runs.ANCHOR_RATE] * (0.5 * lane_value(steps, lane))
+            _put_at_start(second, filled, cursor[lane, runs.ANCHOR], near[lane, runs.ANCHOR_GAP], rate)
         lane_of[filled] = lane
         second[second_pass.UNIT * WIDTH + filled] = unit[lane]
         second[second_pass.BOTH * WIDTH + filled] = gap[lane] + gap[LANES + lane]
@@ -565,7 +352,7 @@ def _solve_flagged(engine: Engine, step: CellStep, used: int) -> int:
         filled += 1
         if filled == WIDTH:
             deferred = _run_second_pass(engine, step, filled, deferred)
-            filled = int(np.int64(0))
+            filled = plain(0)
     if filled > 0:
         deferred = _run_second_pass(engine, step, filled, deferred)
     return deferred
@@ -613,73 +400,47 @@ def _solve_free(engine: Engine, step: CellStep, used: int) -> tuple[int, int]:
 
 
 @inlined
-def _impact(rows: Floats, i: int, cell_start: float, half_cell: float) -> LaneImpact:
-    """Return the impact of lane i of the first pass."""
-    return LaneImpact(
-        cell_start + half_cell * (1.0 + rows[first_pass.IMPACT_Z * PITCH + i]),
-        rows[first_pass.SIDE * PITCH + i],
-        rows[first_pass.SPEED * PITCH + i],
-        rows[first_pass.CONTACT_ACCELERATION * PITCH + i],
-    )
+def _put_after_impact(rows: Floats, second: Floats, i: int, k: int) -> None:
+    """Write lane i of the first pass, with its impact, to lane k of the second pass."""
+    second[second_pass.SIDE * WIDTH + k] = rows[first_pass.SIDE * PITCH + i]
+    second[second_pass.ORIGIN * WIDTH + k] = rows[first_pass.IMPACT_Z * PITCH + i]
+    second[second_pass.SPEED * WIDTH + k] = rows[first_pass.SPEED * PITCH + i]
+    second[second_pass.JUMP * WIDTH + k] = rows[first_pass.JUMP * PITCH + i]
+    second[second_pass.LEAST_GAP * WIDTH + k] = rows[first_pass.LEAST_GAP * PITCH + i]
 
 
 @inlined
-def _put_free_lane(rows: Floats, second: Floats, outcome: float, i: int, k: int, half_cell: float) -> None:
-    """Write lane i of the first pass, which needs a second one, to lane k of that."""
-    side = rows[first_pass.SIDE * PITCH + i]
+def _put_at_start(second: Floats, k: int, side: float, gap: float, rate: float) -> None:
+    """Write a lane at the start of the cell, with its gap and the rate of this in half cells, to the second pass."""
     second[second_pass.SIDE * WIDTH + k] = side
-    if outcome == first_pass.FIRST_IMPACT:
-        second[second_pass.ORIGIN * WIDTH + k] = rows[first_pass.IMPACT_Z * PITCH + i]
-        second[second_pass.SPEED * WIDTH + k] = rows[first_pass.SPEED * PITCH + i]
-        second[second_pass.JUMP * WIDTH + k] = rows[first_pass.JUMP * PITCH + i]
-        second[second_pass.LEAST_GAP * WIDTH + k] = rows[first_pass.LEAST_GAP * PITCH + i]
-    else:
-        second[second_pass.ORIGIN * WIDTH + k] = -1.0
-        second[second_pass.GAP * WIDTH + k] = (
-            rows[first_pass.GAP * PITCH + i] - side * rows[first_pass.START_X * PITCH + i]
-        )
-        second[second_pass.RATE * WIDTH + k] = -side * rows[first_pass.START_V * PITCH + i] * half_cell
-        second[second_pass.SPEED * WIDTH + k] = 0.0
-        second[second_pass.JUMP * WIDTH + k] = 0.0
-
-
-@inlined
-def _put_near_lane(cursor: Integers, near: Floats, second: Floats, lane: int, k: int, half_cell: float) -> None:
-    """Write a lane that is NEAR a stop to lane k of the second pass."""
-    second[second_pass.SIDE * WIDTH + k] = cursor[lane, runs.ANCHOR]
     second[second_pass.ORIGIN * WIDTH + k] = -1.0
-    second[second_pass.GAP * WIDTH + k] = near[lane, runs.ANCHOR_GAP]
-    second[second_pass.RATE * WIDTH + k] = near[lane, runs.ANCHOR_RATE] * half_cell
+    second[second_pass.GAP * WIDTH + k] = gap
+    second[second_pass.RATE * WIDTH + k] = rate
     second[second_pass.SPEED * WIDTH + k] = 0.0
     second[second_pass.JUMP * WIDTH + k] = 0.0
 
 
 @kernel
-def _copy_back(problem: CellProblem, engine: Engine, lane: int, step: CellStep, status: int) -> None:
+def _copy_back(engine: Engine, lane: int, step: CellStep, status: int) -> None:
     """Copy the state and the regime of the run, at the end of a cell, to a lane."""
-    group, run, u, there = engine.group, engine.run, engine.run.u, step.there
-    blocks, boundary = u.shape[0], step.cell + 1
+    group, run, u, boundary = engine.group, engine.run, engine.run.u, step.cell + 1
     group.status[lane] = status
     if status != runs.OK:
         clear_lane(group, lane)
         return
-    resting = run.cursor[runs.HELD] != 0
-    copy_vector(group.cursor[lane], run.cursor)
-    copy_vector(group.near[lane], run.near)
+    copy_contact(contact_of_lane(group.contacts, lane), contact_of_run(run))
     copy_vector(group.tally[:, lane], run.tally)
-    group.regime[lane] = RESTING if resting else (NEAR if run.cursor[runs.ANCHOR] != 0 else FREE)
-    if resting:
-        copy_matrix(group.resting[lane], run.held.state)
-        copy_vector(group.since[lane], run.held.since)
+    problem = record_of(engine.models, lane).forced.free
     x, v = contact_motion(problem, u, problem.steady_table[boundary, 0], problem.steady_table[boundary, 1])
-    for j in range(blocks):
-        there[2 * j * LANES + lane] = u[j, 0]
-        there[(2 * j + 1) * LANES + lane] = u[j, 1]
-    there[2 * blocks * LANES + lane] = x
-    there[(2 * blocks + 1) * LANES + lane] = v
+    put_state(step.there, lane, u, x, v)
     no_limits(group, lane)
-    if group.regime[lane] == FREE:
-        set_limits(group.limit, group.gap, lane, _loss(problem, u, group.close[lane]))
+    if run.cursor[runs.HELD] != 0:
+        group.regime[lane] = RESTING
+    elif run.cursor[runs.ANCHOR] != 0:
+        group.regime[lane] = NEAR
+    else:
+        group.regime[lane] = FREE
+        set_limits(group.limit, group.gap, lane, loss_of_limits(problem, u, group.close[lane]))
 
 
 @kernel
@@ -687,18 +448,14 @@ def _run_by_itself(engine: Engine, lane: int, step: CellStep) -> None:
     """Carry one deferred lane to the end of a cell."""
     forced, group, run, u = record_of(engine.models, lane).forced, engine.group, engine.run, engine.run.u
     problem, cell, half = forced.free, step.cell, step.half
-    blocks = u.shape[0]
     stops, offset = lane_stops(group, lane), group.deferred_offset[lane]
-    for j in range(blocks):
+    for j in range(u.shape[0]):
         u[j, 0] = group.deferred_state[lane, 2 * j]
         u[j, 1] = group.deferred_state[lane, 2 * j + 1]
-    copy_vector(run.cursor, group.cursor[lane])
-    copy_vector(run.near[:3], group.near[lane])
+    copy_contact(contact_of_run(run), contact_of_lane(group.contacts, lane))
     copy_vector(run.tally, group.tally[:, lane])
     if run.cursor[runs.HELD] != 0:
         group.mixed[lane] = 1
-        copy_matrix(run.held.state, group.resting[lane])
-        copy_vector(run.held.since, group.since[lane])
     capacity = group.events.shape[1]
     before = run.cursor[runs.EVENT_COUNT]
     seen = max(before - 1, 0)  # a rest changes the kind of the impact that led to it
@@ -735,7 +492,7 @@ def _run_by_itself(engine: Engine, lane: int, step: CellStep) -> None:
     ):
         write_free_state(forced, stops, run, cell + 1, 0.0)
         begin_half_period(problem, u, half)  # back from the reference motion of the next half period
-    _copy_back(problem, engine, lane, step, status)
+    _copy_back(engine, lane, step, status)
 
 
 @kernel
@@ -779,9 +536,7 @@ def run_half(engine: Engine, half: int, used: int) -> None:
         problem = record_of(models, lane).forced.free
         if problem.reference_series.shape[0] == 0:
             continue
-        for j in range(u.shape[0]):
-            u[j, 0] = group.even[2 * j * LANES + lane]
-            u[j, 1] = group.even[(2 * j + 1) * LANES + lane]
+        state_of_lane(group.even, lane, u)
         group.reach[lane] = reach_from(problem, lane_stops(group, lane), u, half + 1)
 
 

@@ -9,11 +9,10 @@ from __future__ import annotations
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.contact.kernels import runs
 from grazemap_core.contact.kernels.cells import CellProblem, Forced, contact_motion, reference_at_half
-from grazemap_core.contact.kernels.runs import Run
+from grazemap_core.contact.kernels.runs import Run, put_on_stop
 from grazemap_core.contact.kernels.sticking import put_between_stops, start_on_stop
 from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.maps.kernels.final_states import FinalStates
-from grazemap_core.maps.kernels.lane_state import stops_in_row
+from grazemap_core.maps.kernels.lane_state import FinalStates, stops_in_row
 from grazemap_core.numerics.jit.compiled import copy_matrix, kernel, plain
 from grazemap_core.numerics.jit.record_references import reference
 from grazemap_core.records import NamedTuple
@@ -136,12 +135,11 @@ def _begin(forced: Forced, stops: Stops, run: Run, rests: int) -> int:
     run.near[:] = 0.0
     if rests != 0:
         return start_on_stop(forced, stops, run, rests)
-    stop = put_between_stops(problem, stops, u, rests != 0)
+    stop = put_between_stops(problem, stops, u, False)
     if stop == 0:
         return runs.OK
     _, v = contact_motion(problem, u, *reference_at_half(problem, plain(0)))
     if v == 0.0:
         return start_on_stop(forced, stops, run, stop)
-    run.cursor[runs.ANCHOR], run.cursor[runs.ZERO_ORDER] = stop, 1
-    run.near[runs.ANCHOR_RATE] = abs(v)
+    put_on_stop(run.cursor, run.near, stop, abs(v))
     return runs.OK

@@ -7,7 +7,7 @@ finds the next contact with that stop in every lane, or certifies that there is 
 series is shifted to the contact, and the impulse is added. The state at the end of the cell is that without impacts
 plus the effect of every impulse.
 
-Lanes for which a round certifies nothing are left to `event_loop`, from their last impact on.
+Lanes for which a round certifies nothing are left to `half_period.run_cell`, from their last impact on.
 """
 
 from __future__ import annotations
@@ -18,18 +18,25 @@ from grazemap_core.arrays import Floats
 from grazemap_core.contact.tolerances import CONTACT_ROUNDING
 from grazemap_core.maps.kernels import lane_tables
 from grazemap_core.maps.kernels.first_pass import (
-    PARABOLA_DIVISOR,
+    FOURTH_TO_HERMITE,
+    FOURTH_TO_QUADRATIC,
     LaneBatch,
     Masses,
     four_lane_rows,
     horner,
     horner_step,
-    lane_batch,
     lower_bound,
     three_lane_rows,
 )
 from grazemap_core.maps.kernels.lane_tables import TERMS, LaneTables
-from grazemap_core.maps.tolerances import LANE_SURE, ROOT_CHANGE, ROOT_SLOPE_CHANGE
+from grazemap_core.maps.tolerances import (
+    LANE_SPLIT,
+    LANE_SURE,
+    OTHER_STOP_SHARE,
+    PARABOLA_DIVISOR,
+    ROOT_CHANGE,
+    ROOT_SLOPE_CHANGE,
+)
 from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, plain
 from grazemap_core.numerics.jit.lane_values import lane_row, lane_value
 
@@ -60,18 +67,6 @@ PASS_ROWS = 23
 
 UNCERTAIN, CLEAR, CONTACT = 0.0, 1.0, 2.0
 """Outcomes: nothing is certified; there is no contact up to the end of the cell; the next contact was found."""
-
-FOURTH_TO_HERMITE, FOURTH_TO_QUADRATIC = 144.0, 162.0
-"""Divisors of s^4 max |fourth derivative|, see `first_pass.lower_bound` and `first_pass._find_impact`."""
-
-OTHER_STOP_SHARE = 0.95
-"""Maximum distance of the contact from a stop, as a share of the distance of the stops, at which it does not touch the
-other one; the margin is wide because such lanes are rare."""
-
-
-def second_batch(masses: int) -> LaneBatch:
-    """Return an empty second pass for an oscillator."""
-    return lane_batch(masses, WIDTH, PASS_ROWS)
 
 
 @fused_inlined
@@ -312,7 +307,7 @@ def certify_clear(tables: LaneTables, batch: LaneBatch, count: int) -> None:
         second_derivative = h2 * h2 - 3.0 * h3 * d0
         low = np.sqrt(max(second_derivative, 0.0)) + h2
         t = -d0 / (low if low > 0.0 else 1.0)
-        t = min(max(t if (low > 0.0) & (second_derivative > 0.0) else 0.5, 0.125), 0.875)
+        t = min(max(t if (low > 0.0) & (second_derivative > 0.0) else 0.5, LANE_SPLIT), 1.0 - LANE_SPLIT)
         gm, dm, _ = _value_and_two_derivatives(a, t * left)
         dm *= left
         quartic = fourth / FOURTH_TO_HERMITE

@@ -19,10 +19,18 @@ from grazemap_core.arrays import Floats, Integers, aligned
 from grazemap_core.contact.kernels.runs import STOP, TIME, VELOCITY
 from grazemap_core.maps.kernels import lane_tables
 from grazemap_core.maps.kernels.first_pass import VECTOR, four_lane_rows
-from grazemap_core.maps.kernels.lane_tables import BLOCK_NUMBERS, FLOW_DEGREE, LANES, RESPONSE_PARTS, LaneTables
-from grazemap_core.maps.kernels.lockstep import EVENT_ACCELERATION, Engine
-from grazemap_core.maps.kernels.separate_tables import OF_CHANGES, LaneModels, put_in_changes
-from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, inlined
+from grazemap_core.maps.kernels.lane_tables import (
+    BLOCK_NUMBERS,
+    FLOW_DEGREE,
+    LANES,
+    OF_CHANGES,
+    RESPONSE_PARTS,
+    LaneTables,
+    put_in_changes,
+)
+from grazemap_core.maps.kernels.lanes import EVENT_ACCELERATION
+from grazemap_core.maps.kernels.lockstep import Engine
+from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, inlined, plain
 from grazemap_core.numerics.jit.lane_values import lane_row, lane_value, record_of, table_of
 from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.tolerances import MIN_SAFE_SQUARE, RANK_ROUNDING
@@ -55,9 +63,11 @@ END = 21
 CHANGE_ROWS = 22
 
 Columns = tuple[int, ...]
-Places = tuple[int, int, int]
-"""Position of a lane in the batch, column of a change, and number of columns."""
-Numbers = tuple[float, float, float, float]
+"""One number, not used, for each change of a lane: to the compiler the length of the tuple is a constant."""
+Flow = tuple[float, float, float, float]
+"""A matrix (2, 2), row by row, that is applied to (u, u') of a block."""
+Impulse = tuple[float, float, float]
+"""Of a block after a unit impulse on the contact: u, u' and -u''."""
 
 
 class TangentBatch(NamedTuple):
@@ -104,17 +114,9 @@ def _series(s: Floats, row: int, k: int, t: float) -> float:
 
 
 @fused_inlined
-def _set_targets(
-    batch: TangentBatch,
-    filled: int,
-    width: int,
-    index: int,
-    events: Floats,
-    restitution: Floats,
-    models: LaneModels,
-    scalars: Floats,
-) -> None:
+def _set_targets(engine: Engine, batch: TangentBatch, filled: int, width: int, scalars: Floats, index: int) -> None:
     """For every lane, write the flow from where it is to its impact number `index`, and the factors of the impact."""
+    models, events, restitution = engine.models, engine.group.events, engine.group.restitution
     rows, flow = batch.rows, batch.flow
     steps, viscous = lane_row(scalars, lane_tables.STEP, BATCH), lane_row(scalars, lane_tables.VISCOUS_TERM, BATCH)
     for k in range(filled):
@@ -148,9 +150,8 @@ def _set_targets(
 
 
 @fused_inlined
-def _flow_change(rows: Floats, block: Floats, places: Places, flow: Numbers, output: Numbers) -> None:
-    """Carry a block of one change of a lane to its next impact; add to CONTACT_POSITION and CONTACT_VELOCITY."""
-    k, c, columns = places
+def _flow_change(rows: Floats, block: Floats, k: int, c: int, columns: int, flow: Flow, output: Flow) -> None:
+    """Carry a block of change c of lane k to its next impact; add to CONTACT_POSITION and CONTACT_VELOCITY."""
     u, du = block[c * BATCH + k], block[(columns + c) * BATCH + k]
     u, du = flow[0] * u + flow[1] * du, flow[2] * u + flow[3] * du
     block[c * BATCH + k] = u
@@ -182,15 +183,14 @@ def _flow_changes(columns: Columns, batch: TangentBatch, width: int, tables: Lan
             y, rate = (rate + twice * y) * whole + y * whole_rate, rate * whole_rate - square * y * whole
             to_impact = (rate + twice * y, y, -square * y, rate)
             output = (lane_value(r0, k), lane_value(r1, k), lane_value(r2, k), lane_value(r3, k))
-            _flow_change(rows, block, (k, 0, count), to_impact, output)
+            _flow_change(rows, block, k, plain(0), count, to_impact, output)
             if count == 2:
-                _flow_change(rows, block, (k, 1, count), to_impact, output)
+                _flow_change(rows, block, k, plain(1), count, to_impact, output)
 
 
 @fused_inlined
-def _strike_change(rows: Floats, block: Floats, places: Places, impulse: Numbers) -> None:
-    """Add the jumps to a block of one change of a lane."""
-    k, c, columns = places
+def _strike_change(rows: Floats, block: Floats, k: int, c: int, columns: int, impulse: Impulse) -> None:
+    """Add the jumps to a block of change c of lane k."""
     x, v = rows[(CONTACT_POSITION + c) * BATCH + k], rows[(CONTACT_VELOCITY + c) * BATCH + k]
     block[c * BATCH + k] += v * impulse[0] + x * impulse[1]
     block[(columns + c) * BATCH + k] += v * impulse[1] - x * impulse[2]
@@ -219,10 +219,10 @@ def _strike_changes(columns: Columns, batch: TangentBatch, width: int, tables: L
         for k in range(width):
             displacement, velocity = lane_value(first, k), lane_value(second, k)
             curvature = lane_value(square, k) * displacement + 2.0 * lane_value(decay, k) * velocity
-            impulse = (displacement, velocity, curvature, 0.0)
-            _strike_change(rows, block, (k, 0, count), impulse)
+            impulse = (displacement, velocity, curvature)
+            _strike_change(rows, block, k, plain(0), count, impulse)
             if count == 2:
-                _strike_change(rows, block, (k, 1, count), impulse)
+                _strike_change(rows, block, k, plain(1), count, impulse)
 
 
 @fused_inlined
@@ -331,7 +331,7 @@ def carry_batch(
         Time from the moment to which the changes belong to the start of the half period; on return to its end.
     """
     rows, batched, count, most = batch.rows, batch.changes, len(columns), 0
-    models, events, restitution = engine.models, engine.group.events, engine.group.restitution
+    models = engine.models
     tables, blocks = table_of(engine.separate, OF_CHANGES, models), models.shared.forced.free.decay.shape[0]
     width = min((filled + VECTOR - 1) // VECTOR * VECTOR, BATCH)
     for k in range(width):
@@ -350,7 +350,7 @@ def carry_batch(
                 batched[(2 * count * j + c) * BATCH + k] = lane_changes[2 * j, c]
                 batched[(2 * count * j + count + c) * BATCH + k] = lane_changes[2 * j + 1, c]
     for index in range(max(most, 1)):
-        _set_targets(batch, filled, width, index, events, restitution, models, tables.scalars)
+        _set_targets(engine, batch, filled, width, tables.scalars, index)
         _flow_changes(columns, batch, width, tables, blocks)
         if index < most:
             _strike_changes(columns, batch, width, tables, blocks)

@@ -31,7 +31,7 @@ from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.model.kernels.response_sums import ALTERNATING, SAME_SIGN, block_sum
 from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
-from grazemap_core.numerics.jit.compiled import kernel, plain
+from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.numerics.jit.record_references import reference
 from grazemap_core.numerics.kernels.eigenvalues import spectral_radius
 from grazemap_core.orbits import tolerances
@@ -56,20 +56,27 @@ from grazemap_core.records import NamedTuple
 
 
 class ImpulseBlocks(NamedTuple):
-    """The blocks of a structure, with the response of the contact to an impulse on it."""
+    """What verification takes of the blocks of a structure, beside the fields of `CellProblem`."""
 
-    decay: Floats
-    """(N,) Of the blocks."""
-    discriminant: Floats
-    """(N,) Of the blocks."""
-    frequency_squared: Floats
-    """(N,) Of the blocks."""
     frequency: Floats
-    """(N,) Of the blocks."""
+    """(N,) The root of frequency_squared, also for a free mode: verification then fails."""
     unit_impulse: Floats
     """(N, 2) As in `equations.OrbitProblem`."""
     verifiable: bool
     """Whether motions are to be verified and all modes are damped and well-conditioned."""
+
+
+class Guess(NamedTuple):
+    """What is expected of the orbit near a trajectory."""
+
+    impacts: int
+    """Number of its impacts, which `VerificationScratch` has; 0 where they are not known."""
+    length: int
+    """Half periods after which the trajectory nearly returns; even, unless the stops are symmetric."""
+    distance: float
+    """Distance of the orbit from the trajectory, in units of `Stops.unit`."""
+    error: float
+    """Distance up to which the trajectory is known, in displacement of the contact."""
 
 
 class VerificationScratch(NamedTuple):
@@ -159,27 +166,20 @@ def unit_of_speeds(problem: CellProblem, stops: Stops) -> float:
 
 
 @kernel
-def _as_guess(
-    problem: CellProblem,
-    scratch: VerificationScratch,
-    stops: Stops,
-    events: Floats,
-    first: int,
-    end: int,
-    half: int,
-    sign: float,
+def _write_guess(
+    problem: CellProblem, stops: Stops, events: Floats, half: int, sign: float, scratch: VerificationScratch
 ) -> int:
-    """Write rows first .. end - 1 of events as a guess, and return their number.
+    """Write the impacts in rows of events as a guess, and return their number.
 
     Phases count from the beginning of half period `half`; stops and speeds are multiplied by sign. The number is 0
     where an event is no impact, or there are too many.
     """
-    count = end - first
+    count: int = events.shape[0]
     if count > scratch.sides.shape[0]:
         return 0
     unit = unit_of_speeds(problem, stops)
     for i in range(count):
-        event = events[first + i]
+        event = events[i]
         if event[runs.KIND] != runs.IMPACT:
             return 0
         scratch.sides[i] = sign * event[runs.STOP]
@@ -190,31 +190,22 @@ def _as_guess(
 
 @kernel
 def guess_from_record(
-    problem: CellProblem,
-    scratch: VerificationScratch,
-    stops: Stops,
-    half: int,
-    length: int,
-    events: Floats,
-    rows: int,
+    problem: CellProblem, stops: Stops, half: int, length: int, events: Floats, scratch: VerificationScratch
 ) -> int:
     """Write the impacts of the last `length` half periods before `half` as a guess; return as `guess_from_replay`.
 
-    Parameters
-    ----------
-    events : (capacity, LANE_EVENT_COLUMNS)
-        Events of the trajectory, `rows` in number; complete from half period ``half - length`` on.
+    `events` (m, LANE_EVENT_COLUMNS) are those of the trajectory, complete from half period ``half - length`` on.
     """
-    first = rows
+    first = events.shape[0]
     while first > 0 and events[first - 1, runs.HALF] >= half - length:
         first -= 1
     # half a period later the forcing has the opposite sign, so the motion is mirrored
     sign = 1.0 if length % 2 == 0 else -1.0
-    return _as_guess(problem, scratch, stops, events, first, rows, half - length, sign)
+    return _write_guess(problem, stops, events[first:], half - length, sign, scratch)
 
 
 @kernel
-def guess_from_replay(forced: Forced, scratch: VerificationScratch, stops: Stops, half: int, length: int) -> int:
+def guess_from_replay(forced: Forced, stops: Stops, half: int, length: int, scratch: VerificationScratch) -> int:
     """Simulate the next `length` half periods and write their impacts as a guess; return the number of impacts.
 
     State and regime of `scratch.replay` are those after `half` half periods, an even number. Phases count from there.
@@ -227,7 +218,7 @@ def guess_from_replay(forced: Forced, scratch: VerificationScratch, stops: Stops
             return 0
         if run.cursor[runs.EVENT_COUNT] > scratch.sides.shape[0]:
             return 0
-    return _as_guess(forced.free, scratch, stops, run.events, plain(0), run.cursor[runs.EVENT_COUNT], half, 1.0)
+    return _write_guess(forced.free, stops, run.events[: run.cursor[runs.EVENT_COUNT]], half, 1.0, scratch)
 
 
 @kernel
@@ -421,9 +412,9 @@ def _repeated_impulses(problem: CellProblem, blocks: ImpulseBlocks, length: int,
     """
     span = 0.5 * length * problem.cells * problem.step
     kind = SAME_SIGN if length % 2 == 0 else ALTERNATING
-    for j in range(blocks.decay.shape[0]):
-        square, twice = blocks.frequency_squared[j], 2.0 * blocks.decay[j]
-        p, q, _ = block_sum(kind, blocks.decay[j], blocks.discriminant[j], square, 0.0, span)
+    for j in range(problem.decay.shape[0]):
+        square, twice = problem.frequency_squared[j], 2.0 * problem.decay[j]
+        p, q, _ = block_sum(kind, problem.decay[j], problem.discriminant[j], square, 0.0, span)
         first, second = blocks.unit_impulse[j, 0], blocks.unit_impulse[j, 1]
         scratch.shooting.closing[j, 0], scratch.shooting.closing[j, 1] = p, q
         scratch.periodic_impulse[j, 0] = first + p * first + q * second
@@ -440,9 +431,9 @@ def _orbit_problem(
     """
     unit = unit_of_speeds(problem, stops)
     return OrbitProblem(  # by position: numba takes at most fifteen keyword arguments
-        blocks.decay,
-        blocks.discriminant,
-        blocks.frequency_squared,
+        problem.decay,
+        problem.discriminant,
+        problem.frequency_squared,
         blocks.frequency,
         blocks.unit_impulse,
         scratch.periodic_impulse,
@@ -526,31 +517,14 @@ def _capture(
 
 @kernel
 def verify(
-    problem: CellProblem,
-    blocks: ImpulseBlocks,
-    scratch: VerificationScratch,
-    stops: Stops,
-    count: int,
-    length: int,
-    distance: float,
-    error: float,
+    problem: CellProblem, blocks: ImpulseBlocks, stops: Stops, guess: Guess, scratch: VerificationScratch
 ) -> Verification:
     """Solve for the orbit near a trajectory, and verify that it is isolated, admissible, stable and of minimum period.
 
-    Parameters
-    ----------
-    scratch : VerificationScratch
-        `sides` and `guess` are as `guess_from_record` or `guess_from_replay` leave them; `capture.arrival` is the state
-        of the trajectory from whose time on the phases of the guess count.
-    count : int
-        The number of impacts that they return.
-    length : int
-        Half periods after which the trajectory nearly returns; even, unless the stops are symmetric.
-    distance : float
-        Expected distance of the orbit from the trajectory, in units of `Stops.unit`.
-    error : float
-        Distance up to which the trajectory is known, in displacement of the contact.
+    `sides` and `guess` of the scratch are as `guess_from_record` or `guess_from_replay` leave them; `capture.arrival`
+    is the state of the trajectory from whose time on the phases of the guess count.
     """
+    count, length, distance, error = guess
     if not blocks.verifiable:
         return _not_verified(codes.NOT_VERIFIED)
     if count == 0 or (length % 2 == 1 and not stops.symmetric):

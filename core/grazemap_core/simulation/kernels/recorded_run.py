@@ -27,7 +27,7 @@ from grazemap_core.contact.kernels.runs import (
     read_state,
     rests,
 )
-from grazemap_core.contact.kernels.sticking_flow import held_motion, turn_to
+from grazemap_core.contact.kernels.sticking import held_motion, turn_to
 from grazemap_core.contact.kernels.stops import Stops, gap_of
 from grazemap_core.model.kernels.block_flow import flow_state
 from grazemap_core.numerics.kernels.double_double import TWO_PI, Pair, divide, two_prod

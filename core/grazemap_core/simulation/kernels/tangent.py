@@ -21,10 +21,9 @@ from __future__ import annotations
 
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels import runs
-from grazemap_core.contact.kernels.cells import CellProblem, Forced, contact_acceleration_of, reference_at
+from grazemap_core.contact.kernels.cells import CellProblem, Forced, HeldProblem, contact_acceleration_of, reference_at
 from grazemap_core.contact.kernels.half_period import run_half
 from grazemap_core.contact.kernels.runs import Run, copy_state
-from grazemap_core.contact.kernels.sticking_flow import HeldProblem
 from grazemap_core.contact.kernels.stops import Stops, restitution_of
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.numerics.jit.compiled import kernel
