@@ -16,8 +16,8 @@ from grazemap_core.contact.forced import forced_structures
 from grazemap_core.contact.trajectory_models import trajectory_models
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.lane_tables import LANES
+from grazemap_core.maps.map_settings import RunSettings
 from grazemap_core.maps.planes import Plane, PlaneRunner
-from grazemap_core.maps.runner import RunSettings
 from grazemap_core.maps.tolerances import LANE_DEGREE
 from grazemap_core.model.oscillator import Oscillator
 

@@ -55,7 +55,8 @@ def _apart(oscillator: Oscillator) -> None:
 
 
 def _runner(oscillator: Oscillator) -> Runner:
-    from grazemap_core.maps.runner import Runner, RunSettings
+    from grazemap_core.maps.map_settings import RunSettings
+    from grazemap_core.maps.runner import Runner
 
     return Runner(oscillator, RunSettings(max_periods=4, max_period=2))
 

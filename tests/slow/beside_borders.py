@@ -18,8 +18,8 @@ import numpy as np
 
 from grazemap_core import codes
 from grazemap_core.maps.kernels import lane_state
-from grazemap_core.maps.runner import Runner, RunSettings
-from grazemap_core.maps.starts import AtRest
+from grazemap_core.maps.map_settings import AtRest, RunSettings
+from grazemap_core.maps.runner import Runner
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.motion import REASONS
 from tests.slow.verified_points import DEFAULT, EQUAL, OTHER, Point, clearance_of, impacts_in_fifty_digits, verdict

@@ -15,9 +15,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from grazemap_core.maps.chaotic_transients import ChanceToSettle, chance_in_map, sample
+from grazemap_core.maps.chaotic_transients import ChanceToSettle, chance_in_map
 from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.maps.planes import Plane
+from grazemap_core.maps.samples import sample
 from grazemap_core.maps.tolerances import RUN_ON
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.simulation.motion import KINDS

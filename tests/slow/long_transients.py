@@ -23,8 +23,8 @@ from grazemap_core.contact.kernels import half_period
 from grazemap_core.contact.kernels.runs import EVENT_COUNT, OK, new_run
 from grazemap_core.contact.stops import both_clearances
 from grazemap_core.maps.kernels import lane_state
-from grazemap_core.maps.runner import Runner, RunSettings
-from grazemap_core.maps.starts import AtRest
+from grazemap_core.maps.map_settings import AtRest, RunSettings
+from grazemap_core.maps.runner import Runner
 from grazemap_core.orbits.kernels.verification import Guess, verify
 from grazemap_core.simulation.start import forced_oscillator
 from grazemap_core.simulation.trajectories import trajectory

@@ -10,10 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.stops import Clearance
 from grazemap_core.continuation.parameters import ParameterPoint
-from grazemap_core.maps.map_settings import MapSettings
+from grazemap_core.maps.map_settings import DEFAULT_SETTINGS, AtRest, RunSettings
 from grazemap_core.maps.planes import Axis, ParameterLine
-from grazemap_core.maps.runner import Runner, RunSettings
-from grazemap_core.maps.starts import AtRest
+from grazemap_core.maps.runner import Runner
 from grazemap_core.maps.unfolding import named_arrays
 from grazemap_core.model.oscillator import Oscillator
 
@@ -32,4 +31,4 @@ def column(oscillator: Oscillator, omega: float, clearances: Floats, max_periods
     runner = Runner(oscillator, task)
     results = runner.run(runner.at(omega), clearances, AtRest())
     codes, figures = (np.moveaxis(part, 2, 0)[:, :, None] for part in results)
-    return named_arrays(codes, figures, MapSettings(max_periods))
+    return named_arrays(codes, figures, DEFAULT_SETTINGS)

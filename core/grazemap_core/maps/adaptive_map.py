@@ -15,23 +15,31 @@ from numpy.typing import NDArray
 
 from grazemap_core.arrays import Booleans, Floats
 from grazemap_core.errors import ParameterError
-from grazemap_core.maps.inferred_points import InferredWrong, check_sample
 from grazemap_core.maps.map_settings import DEFAULT_SETTINGS, MapSettings
 from grazemap_core.maps.planes import Plane, PlaneRunner
-from grazemap_core.maps.refinement import SENSITIVE_LABEL, UNKNOWN_LABEL, UNRESOLVED, Indices, Labels, Refinement
+from grazemap_core.maps.refinement import (
+    SENSITIVE_LABEL,
+    UNKNOWN_LABEL,
+    UNRESOLVED,
+    Indices,
+    InferredWrong,
+    Labels,
+    Refinement,
+    check_sample,
+)
 from grazemap_core.maps.tolerances import (
     COARSEST_SPACING,
     LARGEST_INFERRED_SAMPLE,
     MOST_CONTRACTION,
     RUN_ON_PERIODS,
 )
-from grazemap_core.maps.unfolding import named_arrays
+from grazemap_core.maps.unfolding import NAME, named_arrays
 from grazemap_core.simulation.motion import KINDS, REASONS
 
 Arrays = dict[str, NDArray[Any]]
 
 
-LABEL: Final = ("kind", "reason", "period", "impacts_right", "impacts_left", "symmetric", "sticking")
+LABEL: Final = (NAME[0], "reason", *NAME[1:])
 """Arrays that are defined for inferred points too; all others are defined for computed points only."""
 
 NOT_COMPUTED: Final = 1 + max(REASONS)
@@ -40,6 +48,8 @@ NOT_COMPUTED: Final = 1 + max(REASONS)
 NOT_COMPUTED_REASON: Final = "not computed: inferred from the points around it"
 
 _PERIODIC: Final = KINDS.index("periodic")
+_UNDEFINED: Final = {"f": np.nan, "i": -1, "b": False}
+"""Values of undefined numbers, by the kind of their type."""
 
 
 def adaptive_map_tile(plane: Plane, settings: MapSettings = DEFAULT_SETTINGS) -> Arrays:
@@ -85,7 +95,7 @@ def complete_map(
     """Compute inferred points whose labels differ across a border between tiles, and a sample of the others.
 
     Where a point differs from its inferred label, its inferred neighbours are computed if their labels differ from it,
-    and so on.
+    and so on. Errors are those of `adaptive_map_tile`.
 
     Parameters
     ----------
@@ -104,11 +114,6 @@ def complete_map(
         All arrays of the full map there.
     inferred_wrong : InferredWrong or None
         The share of wrong inferred points; None if no point is inferred to have a motion, or to be chaotic.
-
-    Raises
-    ------
-    ParameterError
-        As in `adaptive_map_tile`.
     """
     points = _Points(plane, settings)
     label = np.empty(plane.shape, dtype=np.int32)
@@ -178,7 +183,7 @@ class _Points:
         arrays: Arrays = {name: table[..., k].astype(done[name].dtype) for k, name in enumerate(LABEL)}
         arrays["reason"][:] = NOT_COMPUTED
         for name in done.keys() - set(LABEL):
-            arrays[name] = np.full(label.shape, _undefined(done[name].dtype), dtype=done[name].dtype)
+            arrays[name] = np.full(label.shape, _UNDEFINED[done[name].dtype.kind], dtype=done[name].dtype)
         return arrays
 
     def results(self) -> tuple[Indices, Indices, Arrays]:
@@ -220,8 +225,3 @@ def _write(arrays: Arrays, points: _Points) -> None:
     rows, columns, computed = points.results()
     for name in computed.keys() & arrays.keys():
         arrays[name][rows, columns] = computed[name]
-
-
-def _undefined(dtype: np.dtype[Any]) -> Any:
-    """Return the value for an undefined number: NaN, -1 or false."""
-    return {"f": np.nan, "i": -1, "b": False}[dtype.kind]

@@ -22,7 +22,7 @@ G. Datseris, K. L. Rossi, A. Wagemakers, Framework for global stability analysis
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -30,32 +30,20 @@ from scipy.optimize import linear_sum_assignment
 
 from grazemap_core.arrays import Booleans, Floats, Integers
 from grazemap_core.checks import checked_order
-from grazemap_core.contact.stops import Clearance, both_clearances
+from grazemap_core.contact.stops import both_clearances
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.basins import Attractor, attractors, check_limits, motions_from
-from grazemap_core.maps.planes import ParameterLine
-from grazemap_core.maps.runner import Runners, RunSettings
+from grazemap_core.maps.map_settings import RunSettings
+from grazemap_core.maps.planes import ParameterLine, Point
+from grazemap_core.maps.runner import Runners
+from grazemap_core.maps.samples import binomial_error
 from grazemap_core.maps.tolerances import MOST_DRAWS
+from grazemap_core.maps.unfolding import NAME
 from grazemap_core.model.equilibrium import equilibrium
-from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
 from grazemap_core.records import NamedTuple, dataclass
 from grazemap_core.simulation.motion import KINDS
 from grazemap_core.simulation.start import ForcedOscillator, forced_oscillator
-
-NAME: Final = ("kind", "period", "impacts_right", "impacts_left", "symmetric", "sticking")
-"""The attributes of an attractor that it keeps with its number."""
-
-
-class Point(NamedTuple):
-    """What is simulated at one value of a parameter."""
-
-    oscillator: Oscillator
-    """The oscillator."""
-    omega: float
-    """Forcing frequency."""
-    clearance: Clearance
-    """Clearances of the stops."""
 
 
 class StateRanges(NamedTuple):
@@ -99,7 +87,7 @@ class BasinFractions:
 
 def points_along(line: ParameterLine) -> list[Point]:
     """Return what is simulated at each value of a line."""
-    return [Point(*line.point(index)) for index in range(len(line.axis.values))]
+    return [line.point(index) for index in range(len(line.axis.values))]
 
 
 @in_own_period
@@ -232,11 +220,6 @@ def basin_fractions(arrays: dict[str, NDArray[Any]]) -> BasinFractions:
         unresolved_error=binomial_error(unresolved, states),
         sensitive=np.mean(arrays["sensitive"], axis=1),
     )
-
-
-def binomial_error(share: Floats, sampled: int) -> Floats:
-    """Return the standard errors of shares of independent states."""
-    return np.asarray(np.sqrt(share * (1.0 - share) / sampled))
 
 
 def matched(candidates: Sequence[Attractor], known: Sequence[Attractor]) -> list[int]:

@@ -20,9 +20,9 @@ from grazemap_core.checks import checked_order
 from grazemap_core.contact.stops import Clearance
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.kernels.lane_state import MEAN_POSITION, MEAN_VELOCITY
-from grazemap_core.maps.runner import Runner, RunSettings
-from grazemap_core.maps.starts import BetweenStops
-from grazemap_core.maps.unfolding import arrays_of
+from grazemap_core.maps.map_settings import BetweenStops, RunSettings
+from grazemap_core.maps.runner import Runner
+from grazemap_core.maps.unfolding import NAME, arrays_of
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
 from grazemap_core.records import NamedTuple, dataclass
@@ -32,7 +32,6 @@ from grazemap_core.simulation.tolerances import LIMIT_DISTANCE, SEPARATION
 
 Name = Literal["displacement", "velocity"]
 _NAMES: Final = ("displacement", "velocity")
-_OF_ATTRACTOR: Final = ("kind", "period", "impacts_right", "impacts_left", "symmetric", "sticking")
 
 
 class Coordinate(NamedTuple):
@@ -121,7 +120,7 @@ def basin_tile(
     Raises
     ------
     ParameterError
-        A number is out of range, or the contact does not start between the stops.
+        An argument is out of its domain, or the contact does not start between the stops.
     """
     forced = forced_oscillator(oscillator, float(omega), clearance)
     check_limits(phase, max_periods, max_period)
@@ -217,7 +216,7 @@ def attractors(arrays: dict[str, NDArray[Any]]) -> tuple[NDArray[np.int16], list
         Motions with the same name are one if their means agree to `SEPARATION` times the accuracy of a motion.
     """
     kind = arrays["kind"].ravel()
-    keys = np.stack([arrays[name].ravel().astype(np.int64) for name in _OF_ATTRACTOR], axis=1)
+    keys = np.stack([arrays[name].ravel().astype(np.int64) for name in NAME], axis=1)
     means = np.stack([arrays[name].ravel() for name in ("mean_position", "mean_velocity")], axis=1)
     group = np.full(kind.size, -1, dtype=np.int64)
     count = 0
@@ -273,7 +272,7 @@ def _attractor(arrays: dict[str, NDArray[Any]], members: Integers, total: int) -
     if not periodic:
         lyapunov = arrays["lyapunov"].ravel()[members]
         figures["lyapunov"] = float(np.mean(lyapunov))
-    names = (*_OF_ATTRACTOR[1:], "mean_position", "mean_velocity")
+    names = (*NAME[1:], "mean_position", "mean_velocity")
     named = {name: figures[name] if periodic else None for name in names}
     return Attractor(
         kind=KINDS[figures["kind"]],

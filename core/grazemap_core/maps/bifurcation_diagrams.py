@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +21,11 @@ from grazemap_core.codes import ROUNDING_DECIDES
 from grazemap_core.contact.stops import Clearance
 from grazemap_core.errors import ParameterError, RecordSizeError
 from grazemap_core.maps.kernels.lane_state import FIGURES, HALVES_RUN
+from grazemap_core.maps.map_settings import RunSettings
 from grazemap_core.maps.planes import ParameterLine
-from grazemap_core.maps.runner import Runner, Runners, RunSettings
-from grazemap_core.maps.unfolding import arrays_of
+from grazemap_core.maps.runner import Runner, Runners
+from grazemap_core.maps.tolerances import EXPONENT_PERIODS
+from grazemap_core.maps.unfolding import NAME, arrays_of
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
 from grazemap_core.records import NamedTuple, dataclass
@@ -34,10 +36,6 @@ from grazemap_core.simulation.tolerances import MOST_RECORD_BYTES
 from grazemap_core.simulation.trajectories import trajectory
 
 DIAGRAM_POLICIES: Final = ("rest", "sweep-up", "sweep-down")
-EXPONENT_PERIODS: Final = 500
-"""Forcing periods after the recorded ones until which a motion may settle. As in maps, the growth of small changes is
-measured in the last GROWTH_SHARE of all periods."""
-_NAME: Final = ("period", "impacts_right", "impacts_left", "symmetric", "sticking")
 IMPACT_BYTES: Final = 9
 """Bytes of an impact in a section: its velocity and its stop."""
 
@@ -106,34 +104,20 @@ def sections(
     Raises
     ------
     ParameterError
-        A number is out of range. Raised by the call, before the first trajectory.
+        An argument is out of its domain. Raised by the call, before the first trajectory.
     RecordSizeError
         There are too many impacts. Raised while the sections are read.
     """
     if policy not in DIAGRAM_POLICIES:
         raise ParameterError("policy", f"must be one of {', '.join(DIAGRAM_POLICIES)}")
     line.check()
-    for name, count, least in (
-        ("periods", periods, 1),
-        ("transient_periods", transient_periods, 0),
-        ("max_period", max_period, 1),
-    ):
-        checked_order(name, count, least)
+    checked_order("periods", periods, 1)
+    checked_order("transient_periods", transient_periods, 0)
+    checked_order("max_period", max_period, 1)
     order = range(len(line.axis.values))
     points = (line.point(k) for k in (reversed(order) if policy == "sweep-down" else order))
     settings = RunSettings(transient_periods + periods + EXPONENT_PERIODS, max_period, observed=observed)
-    diagram = _follow(points, policy != "rest", periods, transient_periods, settings, most_bytes)
-    return _bounded(diagram, most_bytes)
-
-
-def _bounded(diagram: Iterator[Section], most_bytes: int) -> Iterator[Section]:
-    """Yield sections until their impacts take more than a number of bytes; then raise RecordSizeError."""
-    impacts, most = 0, most_bytes // IMPACT_BYTES
-    for section in diagram:
-        impacts += len(section.impact_stop)
-        if impacts > most:
-            raise RecordSizeError(most, most_bytes)
-        yield section
+    return _follow(points, policy != "rest", periods, transient_periods, settings, most_bytes)
 
 
 def _follow(
@@ -144,21 +128,22 @@ def _follow(
     settings: RunSettings,
     most_bytes: int,
 ) -> Iterator[Section]:
-    """Yield the sections at points.
+    """Yield the sections at points until their impacts take more than `most_bytes`; then raise RecordSizeError.
 
     If `follows`, each trajectory starts at the final state of the previous one.
     """
     state: State | None = None
     inherits, shown = False, transient_periods + periods
+    impacts, most = 0, most_bytes // IMPACT_BYTES
     runners = Runners(settings)
     nothing = np.zeros(0) if settings.observed is None else settings.observed.nothing
     for oscillator, omega, clearance in points:
         runner = runners.of(oscillator)
         forced = forced_oscillator(oscillator, omega, clearance)
-        at_rest = initial_state(forced, None, None, 0.0)
-        begin = at_rest
         if state is not None and follows:
             begin = replace(state, displacement=oscillator.between(state.displacement, forced.clearances))
+        else:
+            begin = initial_state(forced, None, None, 0.0)
         run = trajectory(
             oscillator,
             omega,
@@ -172,6 +157,9 @@ def _follow(
             max_period=settings.max_period,
             most_bytes=most_bytes,
         )
+        impacts += len(run.impacts.stop)
+        if impacts > most:
+            raise RecordSizeError(most, most_bytes)
         state, settled = None, _NamedMotion(run.motion, False, np.nan, 0, nothing)
         if run.final is not None and len(run.time) == periods + 1:
             state, settled = run.final, _named_motion(runner, forced, begin, inherits)
@@ -213,13 +201,20 @@ def _named_motion(runner: Runner, forced: ForcedOscillator, begin: State, inheri
     """Run a trajectory until its motion can be named; `inherits`: it starts with the error of the last one."""
     codes, figures = runner.run_from(forced, begin, inherits)
     named = {name: array.item() for name, array in arrays_of(codes, figures).items()}
-    growth, halves = named["transient_growth"], int(codes[HALVES_RUN])
-    return _NamedMotion(_motion(named), named["sensitive"], growth, halves, figures[FIGURES:])
+    kind, reason = KINDS[named["kind"]], REASONS[named["reason"]] or None
+    names = (*NAME[1:], "verified") if kind == "periodic" else ()
+    return _NamedMotion(
+        motion=Motion(kind=kind, reason=reason, **{name: named[name] for name in names}),
+        sensitive=named["sensitive"],
+        transient_growth=named["transient_growth"],
+        halves=int(codes[HALVES_RUN]),
+        figures=figures[FIGURES:],
+    )
 
 
 def _are_same(motion: Motion, other: Motion) -> bool:
     """Return whether two motions have one name."""
-    return all(getattr(motion, name) == getattr(other, name) for name in ("kind", *_NAME))
+    return all(getattr(motion, name) == getattr(other, name) for name in NAME)
 
 
 def _contradicts(motion: Motion, later: Motion) -> bool:
@@ -234,10 +229,3 @@ def _sensitive(settled: _NamedMotion, halves: int) -> _NamedMotion:
     if motion.verified:
         motion = replace(motion, verified=False, reason=REASONS[ROUNDING_DECIDES])
     return settled._replace(motion=motion, sensitive=True, halves=halves + settled.halves)
-
-
-def _motion(named: dict[str, Any]) -> Motion:
-    """Return the motion of one point of the arrays of `unfolding_map_tile`."""
-    kind, reason = KINDS[named["kind"]], REASONS[named["reason"]] or None
-    names = (*_NAME, "verified")
-    return Motion(kind=kind, reason=reason, **{name: named[name] for name in names if kind == "periodic"})

@@ -22,15 +22,15 @@ from numpy.typing import ArrayLike, NDArray
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.codes import RESOLVED
 from grazemap_core.contact.stops import Clearance
-from grazemap_core.maps.basin_fractions import Point, from_rest
+from grazemap_core.maps.basin_fractions import from_rest
 from grazemap_core.maps.basins import Coordinate, initial_states, run_states
 from grazemap_core.maps.bifurcation_diagrams import Section
-from grazemap_core.maps.binomial import interval
 from grazemap_core.maps.kernels.lane_state import CODES, GROWTH, HALVES_RUN, REASON, UNVERIFIED
-from grazemap_core.maps.map_settings import DEFAULT_SETTINGS, MapSettings
-from grazemap_core.maps.planes import ParameterLine, Plane, PlaneRunner, SweepEnd
-from grazemap_core.maps.runner import Runner, Runners, RunSettings
-from grazemap_core.maps.tolerances import RUN_ON, RUN_ON_PERIODS, RUN_ON_SAMPLE, SIDE_BY_SIDE
+from grazemap_core.maps.map_settings import DEFAULT_SETTINGS, MapSettings, RunSettings
+from grazemap_core.maps.planes import ParameterLine, Plane, PlaneRunner, Point, SweepEnd
+from grazemap_core.maps.runner import Runner, Runners
+from grazemap_core.maps.samples import interval, sample, sample_of_groups
+from grazemap_core.maps.tolerances import RUN_ON
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
 from grazemap_core.records import dataclass
@@ -57,7 +57,7 @@ class ChanceToSettle:
     chance: float
     """settled/sampled; NaN for an empty sample."""
     low: float
-    """Lower end of the interval of the chance (`binomial.interval`); 0 for an empty sample."""
+    """Lower end of the interval of the chance (`samples.interval`); 0 for an empty sample."""
     high: float
     """Upper end of this interval; 1 for an empty sample."""
 
@@ -76,20 +76,20 @@ def chance_in_map(kind: NDArray[Any], plane: Plane, settings: MapSettings = DEFA
     if len(rows) == 0:
         return None
     watched = settings.max_periods
-    longer = RunSettings(RUN_ON * watched, settings.max_period, linearised=False)
+    longer = _longer_runs(watched, settings.max_period)
     if settings.policy == "rest":
         runner = PlaneRunner(plane, longer)
         chosen = sample_of_groups(list(runner.groups(rows, columns)), watched)
-        return _chance(len(rows), watched, runner.points(rows[chosen], columns[chosen])[0], longer)
+        return _chance(len(rows), watched, runner.points(rows[chosen], columns[chosen])[0])
     chosen = sample(len(rows), watched)
     sampled = rows[chosen], columns[chosen]
     starts = settings.starts(plane.oscillator)
     if starts is not None:
-        return _chance(len(rows), watched, _of_ensemble(plane, starts, watched, longer, *sampled), longer)
+        return _chance(len(rows), watched, _of_ensemble(plane, starts, watched, longer, *sampled))
     # a sweep reaches the point as in the map, and goes on there
     follows = longer._replace(max_periods=watched, linearised=True, follow=True)
     down = settings.policy == "sweep-down"
-    return _chance(len(rows), watched, _of_sweep(plane, follows, down, *sampled), follows)
+    return _chance(len(rows), watched, _of_sweep(plane, follows, down, *sampled))
 
 
 def _of_ensemble(
@@ -97,9 +97,9 @@ def _of_ensemble(
 ) -> Integers:
     """Return codes (k, 1, CODES) of longer runs at points (k,), from the first of the states that leads to chaos."""
     watched_codes, _ = PlaneRunner(plane, RunSettings(watched, longer.max_period, starts=starts)).points(rows, columns)
-    codes = []
-    for of_states, row, column in zip(watched_codes, rows[:, None], columns[:, None], strict=True):
-        start = starts[[_first_chaotic(of_states)]]
+    kind, _ = kinds_of(watched_codes[..., REASON], watched_codes[..., GROWTH], watched_codes[..., UNVERIFIED])
+    first, codes = np.argmax(kind == _CHAOTIC, axis=1), []
+    for start, row, column in zip(starts[first, None], rows[:, None], columns[:, None], strict=True):
         codes.append(PlaneRunner(plane, longer._replace(starts=start)).points(row, column)[0])
     return np.concatenate(codes)
 
@@ -156,14 +156,14 @@ def chance_in_basins(
     if len(rows) == 0:
         return None
     chosen = sample(len(rows), max_periods)
-    longer = RunSettings(RUN_ON * max_periods, max_period, linearised=False)
-    runner, forced = Runner(oscillator, longer), forced_oscillator(oscillator, omega, clearance)
+    runner = Runner(oscillator, _longer_runs(max_periods, max_period))
+    forced = forced_oscillator(oscillator, omega, clearance)
     across = horizontal._replace(values=horizontal.values[columns[chosen]])
     up = vertical._replace(values=vertical.values[rows[chosen]])
     state, added = initial_states(forced, across, up, displacement, velocity)
-    own = np.arange(len(chosen))
-    codes, _ = run_states(runner, forced, state, added[own, own], phase)
-    return _chance(len(rows), max_periods, codes[:, None], longer)
+    each = np.arange(len(chosen))
+    codes, _ = run_states(runner, forced, state, added[each, each], phase)
+    return _chance(len(rows), max_periods, codes[:, None])
 
 
 @in_own_period
@@ -185,13 +185,12 @@ def chance_in_fractions(
     if len(rows) == 0:
         return None
     chosen = sample(len(rows), max_periods)
-    longer = RunSettings(RUN_ON * max_periods, max_period, linearised=False)
-    runners, codes = Runners(longer), []
+    runners, codes = Runners(_longer_runs(max_periods, max_period)), []
     for row in np.unique(rows[chosen]).tolist():
         forced = forced_oscillator(*points[row])
         start = from_rest(forced, states[columns[chosen][rows[chosen] == row]])
         codes.append(run_states(runners.of(points[row].oscillator), forced, *start, phase)[0])
-    return _chance(len(rows), max_periods, np.concatenate(codes)[:, None], longer)
+    return _chance(len(rows), max_periods, np.concatenate(codes)[:, None])
 
 
 @in_own_period
@@ -215,46 +214,21 @@ def chance_in_diagram(
     chaotic = [number for number, section in enumerate(sections) if section.motion.kind == "chaotic"]
     if not chaotic:
         return None
-    longer = RunSettings(RUN_ON * watched, max_period, linearised=False)
-    codes = []
+    runners, codes = Runners(_longer_runs(watched, max_period)), []
     for number in (chaotic[position] for position in sample(len(chaotic), watched)):
         forced = forced_oscillator(*line.point(number))
-        codes.append(Runner(forced.oscillator, longer).run_from(forced, sections[number].start)[0])
-    return _chance(len(chaotic), watched, np.stack(codes)[:, None], longer)
+        codes.append(runners.of(forced.oscillator).run_from(forced, sections[number].start)[0])
+    return _chance(len(chaotic), watched, np.stack(codes)[:, None])
 
 
-def sample(chaotic: int, watched: int) -> Integers:
-    """Return the positions of the sample among a number of chaotic motions, in the order of a result's arrays."""
-    return _spread(chaotic, max(1, RUN_ON_PERIODS // (RUN_ON * watched)), RUN_ON_SAMPLE)
+def _longer_runs(watched: int, max_period: int) -> RunSettings:
+    return RunSettings(RUN_ON * watched, max_period, linearised=False)
 
 
-def sample_of_groups(groups: Sequence[Integers], watched: int) -> Integers:
-    """Return the sample among chaotic motions that are simulated side by side in groups of their positions.
-
-    Where groups are large enough, the sample has SIDE_BY_SIDE motions of each chosen group, as these are simulated
-    together; groups are chosen in proportion to their size. Otherwise it is that of `sample`.
-    """
-    motions = sum(map(len, groups))
-    evenly = sample(motions, watched)
-    together = min(SIDE_BY_SIDE, len(evenly))
-    group_of = np.repeat(np.arange(len(groups)), [len(group) for group in groups])
-    chosen, times = np.unique(group_of[_spread(motions, len(evenly) // together)], return_counts=True)
-    of_groups = np.concatenate(
-        [groups[k][_spread(len(groups[k]), together * count)] for k, count in zip(chosen, times, strict=True)]
-    )
-    enough = len(of_groups) >= together * (len(evenly) // together)  # groups may be small
-    return np.sort(of_groups) if enough and len(evenly) < motions else evenly
-
-
-def _spread(length: int, *most: int) -> Integers:
-    """Return evenly spaced positions in a list of a length: all of them, or as many as the smallest of `most`."""
-    number = min(length, *most)
-    return (2 * np.arange(number) + 1) * length // (2 * number)
-
-
-def _chance(chaotic: int, watched: int, codes: Integers, settings: RunSettings) -> ChanceToSettle:
+def _chance(chaotic: int, watched: int, codes: Integers) -> ChanceToSettle:
     """Return the chance of chaotic motions from codes (k, r, CODES) of k sampled ones, each in r consecutive runs."""
-    outcomes = [outcome for outcome in (_outcome(runs, settings) for runs in codes) if outcome is not None]
+    halves = 2 * RUN_ON * watched // codes.shape[1]
+    outcomes = [outcome for outcome in (_outcome(runs, halves) for runs in codes) if outcome is not None]
     sampled, settled = len(outcomes), sum(outcomes)
     low, high = interval(settled, sampled)
     return ChanceToSettle(
@@ -269,17 +243,14 @@ def _chance(chaotic: int, watched: int, codes: Integers, settings: RunSettings) 
     )
 
 
-def _outcome(codes: Integers, settings: RunSettings) -> bool | None:
-    """Return whether a trajectory settles in one of its consecutive runs (r, CODES); None if one ends early."""
+def _outcome(codes: Integers, halves: int) -> bool | None:
+    """Return whether a trajectory settles in one of its consecutive runs (r, CODES) of so many half periods.
+
+    None if one ends early.
+    """
     for run in codes:
         if run[REASON] == RESOLVED:
             return True
-        if run[HALVES_RUN] < 2 * settings.max_periods:
+        if run[HALVES_RUN] < halves:
             return None
     return False
-
-
-def _first_chaotic(codes: Integers) -> int:
-    """Return the first of the initial states of a point, (s, CODES), that leads to chaos; 0 for none."""
-    kind, _ = kinds_of(codes[:, REASON], codes[:, GROWTH], codes[:, UNVERIFIED])
-    return int(np.argmax(kind == _CHAOTIC))

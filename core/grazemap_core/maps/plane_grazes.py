@@ -1,5 +1,6 @@
 """The grazing curves of a plane of any two parameters, on which the steady motion touches a stop.
 
+The margin of a stop is its gap from the steady motion; it is 0 on the curves.
 A clearance, the factor of the forces and that of the bias are explicit: the margin of a stop is linear in them. Over
 other parameters the curves pass between points of the plane at which a margin has different signs; every point of a
 curve is a zero of the margin on a side of the grid, to round-off. A curve that enters and leaves between two
@@ -16,19 +17,64 @@ from scipy.optimize import brentq
 
 from grazemap_core.arrays import Booleans, Floats
 from grazemap_core.continuation.parameters import PARAMETERS
-from grazemap_core.maps.margins import SteadyContact, grazing_margins, steady_on
+from grazemap_core.errors import CoreError
+from grazemap_core.grazing.steady_maxima import steady_motion
+from grazemap_core.maps.map_settings import Conditions
 from grazemap_core.maps.planes import Axis, Plane
+from grazemap_core.maps.tolerances import GRAZE_SAMPLES
 from grazemap_core.model.equilibrium import contact_equilibrium
+from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
 from grazemap_core.records import NamedTuple
 from grazemap_core.tolerances import EPSILON
 
-_SAMPLES = 4
-"""Samples of a grazing curve per step of a map."""
 _SIDES = {1: "right", -1: "left"}
 
 Side = tuple[int, int, int]
 """A side of the grid: row and column of its first point, and the axis along which it runs, 0 vertical."""
+
+
+class SteadyContact(NamedTuple):
+    """Where the steady motion is at k points."""
+
+    conditions: Conditions
+    """The conditions of the points."""
+    place: Floats
+    """(k,) Contact coordinate at the static equilibrium, with the bias of the factor 1."""
+    amplitude: Floats
+    """(k, 2) Largest displacements from there toward the right and the left stop, with forces of the factor 1; NaN
+    where there is no steady motion."""
+
+    def margins(self) -> Floats:
+        """Return the gaps of the right and of the left stop from the steady motion (k, 2); infinite if absent."""
+        conditions, margins = self.conditions, self.conditions.clearance.copy()
+        place, amplitude = conditions.bias * self.place, conditions.forcing[:, None] * self.amplitude
+        margins[:, 0] -= place + amplitude[:, 0]
+        margins[:, 1] -= amplitude[:, 1] - place
+        return margins
+
+
+def steady_on(plane: Plane) -> SteadyContact:
+    """Return the steady motion at all points of a plane, column by column."""
+    rows, columns = plane.grid
+    place, amplitude = np.empty(len(rows)), np.empty((len(rows), 2))
+    for group in plane.groups(rows, columns, ()):
+        oscillator = plane.structure(int(rows[group[0]]), int(columns[group[0]]))
+        omegas, which = np.unique(plane.values("omega", rows[group], columns[group]), return_inverse=True)
+        place[group] = contact_equilibrium(oscillator)
+        amplitude[group] = _amplitudes(oscillator, omegas)[which]
+    return SteadyContact(plane.conditions(rows, columns), place, amplitude)
+
+
+def grazing_margins(plane: Plane) -> tuple[Floats, Floats]:
+    """Return the gap of the right, and of the left stop from the steady motion, shapes (n, m), [vertical, horizontal].
+
+    The gap from the equilibrium, minus the largest displacement toward the stop (theory, "Other planes"). The steady
+    motion exists where neither is negative. Infinite for an absent stop; NaN where there is no steady motion.
+    """
+    margins = steady_on(plane).margins()
+    of_map = margins.T.reshape(2, plane.shape[1], plane.shape[0]).transpose(0, 2, 1)
+    return np.ascontiguousarray(of_map[0]), np.ascontiguousarray(of_map[1])
 
 
 class GrazeLine(NamedTuple):
@@ -74,8 +120,8 @@ def _explicit(plane: Plane, stop: int, place: int) -> Iterator[GrazeLine]:
     """
     other_axis = _finer(plane.axes[1 - place])
     axis, fine = plane.axes[place]._replace(values=plane.axes[place].values[:1]), other_axis.values
-    line = _with_axes(plane, place, axis, other_axis)
-    extent = steady_on(line)
+    across, up = (axis, other_axis) if place == 0 else (other_axis, axis)
+    extent = steady_on(replace(plane, horizontal=across, vertical=up))
     values = _solved(extent, stop, axis.name)
     there = extent.conditions
     if axis.name in ("forcing", "bias"):
@@ -108,8 +154,9 @@ def _solved(extent: SteadyContact, stop: int, name: str) -> Floats:
 def _between_points(plane: Plane, stop: int) -> Iterator[GrazeLine]:
     """Yield the curves of a stop between points of the plane with margins of different signs."""
     # a structure takes longer than all else
-    fine = _with_axes(plane, 0, *(axis if axis.name not in PARAMETERS else _finer(axis) for axis in plane.axes))
-    own, other = (0, 1) if stop > 0 else (1, 0)
+    across, up = (axis if axis.name not in PARAMETERS else _finer(axis) for axis in plane.axes)
+    fine = replace(plane, horizontal=across, vertical=up)
+    side_of_stop, other_side = (0, 1) if stop > 0 else (1, 0)
     idle = ("restitution", f"clearance_{_SIDES[-stop]}")
     moves = [not axis.name.startswith(idle) for axis in plane.axes]
     known: dict[tuple[int | None, int | None, int], float] = {}
@@ -122,7 +169,7 @@ def _between_points(plane: Plane, stop: int) -> Iterator[GrazeLine]:
             varied, place = 1 - along, column if along else row
 
             def margin(value: float) -> float:
-                return float(_margins_at(plane, *(value if k == varied else at[k] for k in (0, 1)))[own])
+                return float(_margins_at(plane, *(value if k == varied else at[k] for k in (0, 1)))[side_of_stop])
 
             ends = fine.axes[varied].values[place : place + 2].tolist()
             margins = [margin(end) for end in ends]
@@ -130,21 +177,36 @@ def _between_points(plane: Plane, stop: int) -> Iterator[GrazeLine]:
                 known[key] = ends[int(np.argmin(np.abs(margins)))]
             else:
                 least = EPSILON * max(map(abs, ends))
+                # rtol is the smallest that brentq takes
                 known[key] = float(brentq(margin, *ends, xtol=least, rtol=4.0 * EPSILON))
         at[1 - along] = known[key]
         return at
 
-    for path in _paths(grazing_margins(fine)[own]):
+    for path in _paths(grazing_margins(fine)[side_of_stop]):
         points = np.array([solved(side) for side in path])
-        beside = np.array([_margins_at(plane, *point)[other] for point in points.tolist()])
+        beside = np.array([_margins_at(plane, *point)[other_side] for point in points.tolist()])
         yield GrazeLine(stop, plane.names, points[:, 0].copy(), points[:, 1].copy(), ~(beside < 0.0) | plane.mirrors)
+
+
+def _amplitudes(oscillator: Oscillator, omega: Floats) -> Floats:
+    """Return the largest displacements toward the right and the left stop, (n, 2); NaN without a steady motion."""
+    if not oscillator.drive:
+        return np.zeros((len(omega), 2))
+    at_own_period, times = oscillator.at_own_period
+    try:
+        motion = steady_motion(at_own_period, times * omega)
+        return np.stack([motion.toward(stop).amplitude for stop in (1, -1)], axis=1)
+    except CoreError:
+        if len(omega) == 1:
+            return np.full((1, 2), np.nan)
+        return np.concatenate([_amplitudes(oscillator, omega[[k]]) for k in range(len(omega))])
 
 
 def _margins_at(plane: Plane, horizontal: float, vertical: float) -> Floats:
     """Return the margins of the right and of the left stop at any values of the two parameters."""
-    values = (np.array([horizontal]), np.array([vertical]))
-    axes = (axis._replace(values=value) for axis, value in zip(plane.axes, values, strict=True))
-    return np.asarray(steady_on(_with_axes(plane, 0, *axes)).margins()[0])
+    across = plane.horizontal._replace(values=np.array([horizontal]))
+    up = plane.vertical._replace(values=np.array([vertical]))
+    return np.asarray(steady_on(replace(plane, horizontal=across, vertical=up)).margins()[0])
 
 
 def _paths(values: Floats) -> list[list[Side]]:
@@ -186,14 +248,8 @@ def _walk(links: dict[Side, list[Side]], start: Side) -> list[Side]:
     return [*path, start] if len(last) == 2 and path[-1] == last[1] else path
 
 
-def _with_axes(plane: Plane, place: int, axis: Axis, other: Axis) -> Plane:
-    """Return a plane with other axes: `axis` is that at a place, 0 the horizontal one."""
-    across, up = (axis, other) if place == 0 else (other, axis)
-    return replace(plane, horizontal=across, vertical=up)
-
-
 def _finer(axis: Axis) -> Axis:
-    """Return an axis with `_SAMPLES` times as many values between the same ends."""
+    """Return an axis with GRAZE_SAMPLES times as many values between the same ends."""
     size = len(axis.values)
-    shares = np.linspace(0.0, 1.0, _SAMPLES * size)
+    shares = np.linspace(0.0, 1.0, GRAZE_SAMPLES * size)
     return axis._replace(values=np.interp(shares, np.linspace(0.0, 1.0, size), axis.values))

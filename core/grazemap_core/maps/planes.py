@@ -31,29 +31,27 @@ from grazemap_core.continuation.parameters import (
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.lane_tables import LANES
-from grazemap_core.maps.runner import (
-    CAN_SEPARATE,
-    Conditions,
-    RunEnd,
-    Runner,
-    Runners,
-    RunSettings,
-    SeparateRuns,
-    run_separate,
-)
-from grazemap_core.maps.starts import AboutMiddle, AtRest, Start
+from grazemap_core.maps.map_settings import AtRest, Conditions, RunSettings, Start
+from grazemap_core.maps.runner import CAN_SEPARATE, RunEnd, Runner, Runners, SeparateRuns, run_separate
+from grazemap_core.maps.tolerances import BYTES_OF_MASS, BYTES_OF_SEPARATE_MODELS
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import at_own_period, divisor_of
 from grazemap_core.records import NamedTuple, dataclass
 
 _OF_STOPS: Final = frozenset(PARAMETERS) - {"omega", "bias", "forcing"}
 """What a kernel changes from one trajectory of a sweep to the next one."""
-_BYTES_OF_SEPARATE_MODELS: Final = 2**26
-"""Memory for the models of trajectories that share none, of which at least as many are stored as there are lanes."""
-_BYTES_OF_MASS: Final = 20_000
-"""Memory for a model, for each mass, where the flow over a period is tabulated; others take less."""
-Indices = Integers
 Number = TypeVar("Number", bound=np.generic)
+
+
+class Point(NamedTuple):
+    """What is simulated at a point of a plane, or at a value of a parameter."""
+
+    oscillator: Oscillator
+    """The oscillator, with all values there."""
+    omega: float
+    """Forcing frequency."""
+    clearance: Clearance
+    """Clearances of the stops."""
 
 
 class Axis(NamedTuple):
@@ -85,8 +83,8 @@ class ParameterLine:
         for index in (0, len(values) - 1):
             _check_point(*self.point(index))
 
-    def point(self, index: int) -> tuple[Oscillator, float, Clearance]:
-        """Return the oscillator with all its values at one of the values, the frequency, the clearance of the stops."""
+    def point(self, index: int) -> Point:
+        """Return what is simulated at one of the values."""
         return _point(self.at.varied(self.axis.name, float(self.axis.values[index])), self.oscillator)
 
 
@@ -109,7 +107,7 @@ class Plane:
 
         The clearance of an absent stop is infinite. Raises ParameterError where both vary and differ.
         """
-        name, values = varied_clearance(clearance)
+        name, values = _varied_clearance(clearance)
         first = tuple(np.broadcast_to(clearance[0], 2).tolist())
         return cls(oscillator, ParameterPoint.of(oscillator, 1.0, first), Axis("omega", omega), Axis(name, values))
 
@@ -158,12 +156,12 @@ class Plane:
         return keeps and symmetric_stops(self.oscillator, self.values_at(0, 0))
 
     @property
-    def grid(self) -> tuple[Indices, Indices]:
+    def grid(self) -> tuple[Integers, Integers]:
         """Rows and columns of all points, column by column."""
         rows, columns = self.shape
         return np.tile(np.arange(rows), columns), np.repeat(np.arange(columns), rows)
 
-    def values(self, name: str, rows: Indices, columns: Indices) -> Floats:
+    def values(self, name: str, rows: Integers, columns: Integers) -> Floats:
         """Return the values (k,) of a parameter of a single number at points."""
         if name == self.horizontal.name:
             return self.horizontal.values[columns]
@@ -172,7 +170,7 @@ class Plane:
         fixed = getattr(self.at, name) if name in ("omega", "bias", "forcing") else np.nan
         return np.full(len(rows), fixed, dtype=np.float64)
 
-    def conditions(self, rows: Indices, columns: Indices) -> Conditions:
+    def conditions(self, rows: Integers, columns: Integers) -> Conditions:
         """Return the conditions of the trajectories at points (k,)."""
         pairs = {}
         for both in ("clearance", "restitution"):
@@ -191,8 +189,8 @@ class Plane:
         across, up = self.horizontal, self.vertical
         return self.at.varied(across.name, float(across.values[column])).varied(up.name, float(up.values[row]))
 
-    def at_point(self, row: int, column: int) -> tuple[Oscillator, float, Clearance]:
-        """Return the oscillator with all values at a point, the frequency, and the clearance of the stops."""
+    def at_point(self, row: int, column: int) -> Point:
+        """Return what is simulated at a point."""
         return _point(self.values_at(row, column), self.oscillator)
 
     @cached_property
@@ -207,12 +205,12 @@ class Plane:
         changes |= {self.vertical.name: float(self.vertical.values[row])} if up else {}
         return self.oscillator.with_structure(changes)
 
-    def structure_keys(self, rows: Indices, columns: Indices) -> tuple[Indices, Indices]:
+    def structure_keys(self, rows: Integers, columns: Integers) -> tuple[Integers, Integers]:
         """Return numbers (k,) that are equal for points of one structure: row and column, or 0."""
         across, up = self._structural
         return rows if up else np.zeros_like(rows), columns if across else np.zeros_like(columns)
 
-    def groups(self, rows: Indices, columns: Indices, names: tuple[str, ...]) -> Iterator[Indices]:
+    def groups(self, rows: Integers, columns: Integers, names: tuple[str, ...]) -> Iterator[Integers]:
         """Yield the positions of points (k,) with one structure and equal values of the parameters named."""
         keys: list[Floats] = [self.values(name, rows, columns) for name in names]
         keys += [number.astype(np.float64) for number in self.structure_keys(rows, columns)]
@@ -240,11 +238,9 @@ class SweepEnd(NamedTuple):
     row: int
     """The row at which it ended."""
     run_end: RunEnd
-    """How and where its last trajectory ended, in a sweep by a kernel."""
+    """How and where its last trajectory ended."""
     state: Floats | None
-    """(2, N) Displacements and velocities; None where the trajectory ended early, or in a sweep by a kernel."""
-    rests: bool
-    """Whether the contact rests on a stop there."""
+    """(2, N) Displacements and velocities there; None where the trajectory ended early."""
     inherits: bool
     """Whether the next trajectory begins with the error of this one."""
 
@@ -260,7 +256,7 @@ class PlaneRunner:
         self._scaled = tuple(name for name in ("bias", "forcing") if observed and name in plane.names)
         self._runners, self._omegas = Runners(settings), self.plane.omegas
 
-    def points(self, rows: Indices, columns: Indices) -> tuple[Integers, Floats]:
+    def points(self, rows: Integers, columns: Integers) -> tuple[Integers, Floats]:
         """Return codes (k, s, CODES) and figures (k, s, FIGURES) at points (k,); not of a sweep."""
         starts = 1 if self.settings.starts is None else len(self.settings.starts)
         codes = np.empty((len(rows), starts, lane_state.CODES), dtype=np.int64)
@@ -268,7 +264,7 @@ class PlaneRunner:
         figures = np.empty((*codes.shape[:2], lane_state.FIGURES + more))
         conditions = self._conditions(rows, columns)
         if self._runs_separately:
-            most = max(LANES, _BYTES_OF_SEPARATE_MODELS // (_BYTES_OF_MASS * self.plane.oscillator.size))
+            most = max(LANES, BYTES_OF_SEPARATE_MODELS // (BYTES_OF_MASS * self.plane.oscillator.size))
             for first in range(0, len(rows), most):
                 some = slice(first, first + most)
                 codes[some], figures[some] = self._run_separately(rows[some], columns[some], conditions.part(some))
@@ -277,8 +273,8 @@ class PlaneRunner:
         for group in self.groups(rows, columns):
             first = group[0]
             runner, here = self._runner(int(rows[first]), int(columns[first])), float(omega[first])
-            forced, start = runner.at(here, self._omegas), start_at(self.settings, here)
-            codes[group], figures[group] = runner.run(forced, conditions.part(group), start)
+            forced = runner.at(here, self._omegas)
+            codes[group], figures[group] = runner.run(forced, conditions.part(group), self.settings.start(here))
         return codes, figures
 
     @property
@@ -287,58 +283,43 @@ class PlaneRunner:
         plain = self.settings.starts is None and self.settings.observed is None
         return CAN_SEPARATE and plain and all(name == "omega" or name not in PARAMETERS for name in self.plane.names)
 
-    def groups(self, rows: Indices, columns: Indices) -> Iterator[Indices]:
+    def groups(self, rows: Integers, columns: Integers) -> Iterator[Integers]:
         """Yield the positions of points (k,) whose trajectories are simulated side by side."""
         # random initial states do not scale with the forces and the bias
         varied = (*self._scaled, "omega") if self.settings.starts is None else ("forcing", "bias", "omega")
         return self.plane.groups(rows, columns, varied)
 
-    def sweep(self, rows: Indices, column: int, after: SweepEnd | None = None) -> tuple[Integers, Floats, SweepEnd]:
+    def sweep(self, rows: Integers, column: int, after: SweepEnd | None = None) -> tuple[Integers, Floats, SweepEnd]:
         """Return codes (k, 1, CODES), figures and the end of a sweep of points of a column.
 
         Each trajectory follows the one before; the first one begins at rest, or follows an earlier sweep.
         """
-        if self.plane.is_swept_by_kernels:
-            return self._sweep_by_kernel(rows, column, after)
-        columns, codes, figures = np.full(len(rows), column), [], []
-        for k in range(len(rows)):
-            here, only = rows[k : k + 1], columns[k : k + 1]
-            runner = self._runner(int(here[0]), column)
-            forced = runner.at(float(self.plane.values("omega", here, only)[0]), self._omegas)
-            conditions = self._conditions(here, only)
+        by_kernel, codes, figures = self.plane.is_swept_by_kernels, [], []
+        for some in [rows] if by_kernel else rows[:, None]:
+            columns = np.full(len(some), column)
+            runner, conditions = self._runner(int(some[0]), column), self._conditions(some, columns)
+            forced = runner.at(float(self.plane.values("omega", some[:1], columns[:1])[0]), self._omegas)
             start: Start = AtRest()
             if after is not None:
                 runner.return_to(after.run_end)
-                before = self._conditions(np.array([after.row]), only).forcing[0]
+                before = self._conditions(np.array([after.row]), columns[:1]).forcing[0]
                 runner.errors.square[0] *= (before / conditions.forcing[0]) ** 2
-                if after.state is not None:
-                    start = runner.within(conditions, after.state, after.rests)
-            inherits = after is not None and after.inherits
-            code, figure = runner.run(forced, conditions, start, inherits=inherits)
+                if after.state is not None and not by_kernel:
+                    start = runner.within(conditions, after.state, after.run_end.ended == lane_state.RESTS)
+            code, figure = runner.run(
+                forced,
+                conditions,
+                start,
+                inherits=after is not None and after.inherits,
+                goes_on=after is not None and by_kernel,
+            )
             state = runner.final_state(forced, conditions)
-            inherits = state is not None and not _is_captured(code[0, 0])
-            after = SweepEnd(int(here[0]), runner.end, state, runner.rests, inherits)
+            inherits = state is not None and not _is_captured(code[-1, 0])
+            after = SweepEnd(int(some[-1]), runner.end, state, inherits)
             codes.append(code)
             figures.append(figure)
         assert after is not None
         return np.concatenate(codes), np.concatenate(figures), after
-
-    def _sweep_by_kernel(self, rows: Indices, column: int, after: SweepEnd | None) -> tuple[Integers, Floats, SweepEnd]:
-        """Return what `sweep` does, for points that share their tables."""
-        columns = np.full(len(rows), column)
-        runner = self._runner(int(rows[0]), column)
-        forced = runner.at(float(self.plane.values("omega", rows[:1], columns[:1])[0]), self._omegas)
-        if after is not None:
-            runner.return_to(after.run_end)
-        codes, figures = runner.run(
-            forced,
-            self._conditions(rows, columns),
-            AtRest(),
-            inherits=after is not None and after.inherits,
-            goes_on=after is not None,
-        )
-        inherits = runner.end.ended != lane_state.ENDED_EARLY and not _is_captured(codes[-1, 0])
-        return codes, figures, SweepEnd(int(rows[-1]), runner.end, None, runner.rests, inherits)
 
     def grid(self, down: bool = False) -> tuple[Integers, Floats]:
         """Return codes (CODES, n, m, s) and figures (FIGURES, n, m, s) of all points; of a sweep, which may go down."""
@@ -353,7 +334,7 @@ class PlaneRunner:
         codes, figures = codes.reshape(m, n, *codes.shape[1:]), figures.reshape(m, n, *figures.shape[1:])
         return _of_map(codes), _of_map(figures)
 
-    def _run_separately(self, rows: Indices, columns: Indices, conditions: Conditions) -> tuple[Integers, Floats]:
+    def _run_separately(self, rows: Integers, columns: Integers, conditions: Conditions) -> tuple[Integers, Floats]:
         """Run the trajectories of points that share no tables, under the conditions there."""
         groups, omega = [*self.plane.groups(rows, columns, ())], self.plane.values("omega", rows, columns)
         structures = []
@@ -364,25 +345,20 @@ class PlaneRunner:
         order, (codes, figures) = np.argsort(np.concatenate(groups)), run_separate(structures)
         return codes[order], figures[order]
 
-    def _conditions(self, rows: Indices, columns: Indices) -> Conditions:
+    def _conditions(self, rows: Integers, columns: Integers) -> Conditions:
         """Return the conditions of points for the runner of their oscillator."""
         conditions = self.plane.conditions(rows, columns)
         return conditions._replace(**{name: np.ones(len(rows)) for name in self._scaled})
 
-    def _oscillator(self, row: int, column: int) -> Oscillator:
-        """Return the oscillator of a point, without the parameters that its conditions have."""
-        return self.plane.at_point(row, column)[0] if self._scaled else self.plane.structure(row, column)
-
     def _runner(self, row: int, column: int) -> Runner:
-        """Return the runner of the oscillator at a point."""
+        """Return the runner of the oscillator at a point, without the parameters that its conditions have."""
+
+        def oscillator() -> Oscillator:
+            return self.plane.at_point(row, column).oscillator if self._scaled else self.plane.structure(row, column)
+
         only = np.array([row]), np.array([column])
         keys = [*self.plane.structure_keys(*only), *(self.plane.values(name, *only) for name in self._scaled)]
-        return self._runners.keyed(tuple(float(value) for (value,) in keys), lambda: self._oscillator(row, column))
-
-
-def start_at(settings: RunSettings, omega: float) -> AtRest | AboutMiddle:
-    """Return where the trajectories of a map at a frequency begin, which are not those of a sweep."""
-    return AtRest() if settings.starts is None else AboutMiddle(settings.starts * np.array([1.0, omega])[:, None])
+        return self._runners.keyed(tuple(float(value) for (value,) in keys), oscillator)
 
 
 def _of_map(parts: NDArray[Number]) -> NDArray[Number]:
@@ -390,7 +366,7 @@ def _of_map(parts: NDArray[Number]) -> NDArray[Number]:
     return np.ascontiguousarray(np.transpose(parts, (3, 1, 0, 2)))
 
 
-def varied_clearance(clearance: Floats) -> tuple[Parameter, Floats]:
+def _varied_clearance(clearance: Floats) -> tuple[Parameter, Floats]:
     """Return which clearance varies along the rows, and its values, from those of both stops or of each."""
     if clearance.ndim == 1:
         return "clearance", clearance
@@ -412,9 +388,8 @@ def _check_point(oscillator: Oscillator, omega: float, clearance: Clearance) -> 
         raise ParameterError("clearance", "the sum of the two must be greater than 0, and one of them finite")
 
 
-def _point(values: ParameterPoint, oscillator: Oscillator) -> tuple[Oscillator, float, Clearance]:
-    """Return an oscillator with all values at a point, the frequency, and the clearance of the stops."""
-    return values.applied(oscillator), values.omega, values.clearance
+def _point(values: ParameterPoint, oscillator: Oscillator) -> Point:
+    return Point(values.applied(oscillator), values.omega, values.clearance)
 
 
 def _is_captured(code: Integers) -> bool:

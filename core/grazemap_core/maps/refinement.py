@@ -14,11 +14,13 @@ grid itself, no inferred motion is next to another label. Hence:
     computed point. Then no motion with another label is inferred at any point of the part.
 
 Otherwise the first such point on a path from the computed one would be next to a point without that motion. Wrong
-motions are inferred only for whole connected parts that lie between the computed points.
+motions are inferred only for whole connected parts that lie between the computed points. How many inferred points are
+wrong is measured on a random sample of them (`check_sample`).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any, Final
 
@@ -26,7 +28,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.arrays import Booleans, Floats, Integers
-from grazemap_core.maps.tolerances import SAME_APPROACH
+from grazemap_core.maps.samples import interval
+from grazemap_core.maps.tolerances import INFERRED_SAMPLE, SAME_APPROACH
+from grazemap_core.records import dataclass
 
 Indices = Integers
 Labels = NDArray[np.int32]
@@ -69,7 +73,7 @@ class Refinement:
         rows, columns = (_lattice(length, spacing) for length in self.label.shape)
         self._at(*(places.ravel() for places in np.meshgrid(rows, columns, indexing="ij")))
         while True:
-            self._close(rows, columns)
+            self._follow(rows, columns, *np.nonzero(~self.computed[np.ix_(rows, columns)]))
             if spacing == 1:
                 return
             spacing //= 2
@@ -119,8 +123,8 @@ class Refinement:
         whole = np.ix_(finer_rows, finer_columns)
         present = self.label[whole]
         self.label[whole] = np.where(present == UNKNOWN_LABEL, inferred, present)
-        found_rows, found_columns = np.nonzero((present == UNKNOWN_LABEL) & (inferred == UNKNOWN_LABEL))
-        self._at(finer_rows[found_rows], finer_columns[found_columns])
+        i, j = np.nonzero((present == UNKNOWN_LABEL) & (inferred == UNKNOWN_LABEL))
+        self._at(finer_rows[i], finer_columns[j])
 
     def _differs_from_neighbour(self, lattice: Labels) -> Booleans:
         """Return which points of a lattice have a neighbour with another label."""
@@ -128,11 +132,6 @@ class Refinement:
         height, width = lattice.shape
         differ = [padded[1 + i : 1 + i + height, 1 + j : 1 + j + width] != lattice for i, j in _AROUND]
         return np.asarray(np.any(differ, axis=0))
-
-    def _close(self, rows: Indices, columns: Indices) -> None:
-        """Apply `close` to all inferred points of a lattice."""
-        lattice_rows, lattice_columns = np.nonzero(~self.computed[np.ix_(rows, columns)])
-        self._follow(rows, columns, lattice_rows, lattice_columns)
 
     def _follow(self, rows: Indices, columns: Indices, i: Indices, j: Indices) -> None:
         """Compute the contradicted points among those given of a lattice, then among their neighbours, and so on.
@@ -161,6 +160,41 @@ class Refinement:
             # an irregular label next to an unresolved one is no contradiction
             contradicted |= (there != here) & ~(irregular & (there == UNRESOLVED))
         return np.asarray(contradicted & (here != UNRESOLVED) & ~self.computed[rows[i], columns[j]])
+
+
+@dataclass(frozen=True)
+class InferredWrong:
+    """How many of the inferred points of an adaptive map are wrong, from a random sample of them that was computed.
+
+    A point is wrong if it was inferred to have a motion, or to be chaotic, and the full map has another motion there,
+    or is unresolved or sensitive. The share is that before the sample was computed. Afterwards its points are computed
+    ones, and so are points next to a wrong one that were inferred to have another label than it.
+    """
+
+    inferred: int
+    """Number of points that were inferred to have a motion, or to be chaotic, before the sample was computed."""
+    sampled: int
+    """Number of points in the sample."""
+    wrong: int
+    """Number of wrong points in the sample."""
+    low: float
+    """Lower end of the interval of the share of wrong ones (`samples.interval`)."""
+    high: float
+    """Upper end of this interval."""
+
+
+def check_sample(grid: Refinement, most: int) -> InferredWrong | None:
+    """Compute a random sample of the inferred points, and return how many of them were wrong; None without any."""
+    named = np.flatnonzero(~grid.computed & (grid.label != UNRESOLVED))
+    sampled = min(len(named), most, math.ceil(INFERRED_SAMPLE * np.count_nonzero(grid.computed)))
+    if not sampled:
+        return None
+    # the same sample whenever the map is assembled
+    chosen = np.random.default_rng(grid.label.shape).choice(named, sampled, replace=False)
+    rows, columns = np.unravel_index(chosen, grid.label.shape)
+    wrong = grid.check(rows, columns)
+    low, high = interval(wrong, sampled)
+    return InferredWrong(len(named), sampled, wrong, low, high)
 
 
 def _lattice(length: int, spacing: int) -> Indices:

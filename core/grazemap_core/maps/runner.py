@@ -23,7 +23,6 @@ from grazemap_core.maps.kernels.lane_errors import LaneErrors
 from grazemap_core.maps.kernels.lane_scheduler import settle_column
 from grazemap_core.maps.kernels.lane_state import (
     ENDED_EARLY,
-    RESTS,
     Column,
     ColumnStarts,
     ColumnTask,
@@ -48,8 +47,16 @@ from grazemap_core.maps.kernels.lanes import lanes
 from grazemap_core.maps.kernels.second_pass import WIDTH as SECOND_PASS
 from grazemap_core.maps.kernels.tangent_batches import BATCH as CHANGES
 from grazemap_core.maps.map_observables import figures_of_column
-from grazemap_core.maps.starts import AboutMiddle, AtRest, BetweenStops, FromState, Start
-from grazemap_core.maps.tolerances import GROWTH_SHARE, GROWTH_SKIPPED, MOST_GROWTH_PERIODS
+from grazemap_core.maps.map_settings import (
+    AboutMiddle,
+    AtRest,
+    BetweenStops,
+    Conditions,
+    FromState,
+    RunSettings,
+    Start,
+)
+from grazemap_core.maps.tolerances import GROWTH_SHARE, GROWTH_SKIPPED, LAST_RUNNERS, MOST_GROWTH_PERIODS
 from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.harmonic_response import hidden_by_rounding
 from grazemap_core.model.impulse_response import impulse_response
@@ -60,71 +67,7 @@ from grazemap_core.numerics.jit.inlining import PART_COMPILER
 from grazemap_core.orbits.kernels.verification import ImpulseBlocks, verification_scratch
 from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.kernels.period_detection import stroboscopic_history
-from grazemap_core.simulation.observables import Observables
 from grazemap_core.simulation.start import OUTSIDE, ForcedOscillator, State, touched_stop
-
-_LAST_RUNNERS: Final = 8
-"""Number of structures whose runners are kept."""
-
-
-class RunSettings(NamedTuple):
-    """Settings of a run."""
-
-    max_periods: int
-    """As in `MapSettings`."""
-    max_period: int
-    """As in `MapSettings`."""
-    early: bool = True
-    """Whether a trajectory stops once its motion is verified, or named by its returns where it cannot be verified.
-    Otherwise all run for `max_periods` and are named by their returns alone."""
-    linearised: bool = True
-    """Whether exponents of motions that are not periodic are computed, and multipliers of those that are not
-    verified."""
-    follow: bool = False
-    """Whether a trajectory starts at the final state of the trajectory at the previous clearance."""
-    starts: Floats | None = None
-    """(s, 2, N) Of a map: the random states of `AboutMiddle`, velocities in clearances times omega; at rest when
-    None."""
-    observed: Observables | None = None
-    """What is read off the motions, in further columns of the figures."""
-
-
-class Conditions(NamedTuple):
-    """Stops and factors of the forces of k trajectories of one structure at one forcing frequency."""
-
-    clearance: Floats
-    """(k, 2) Clearances of the right and of the left stop, from q = 0; infinite for an absent one."""
-    restitution: Floats
-    """(k, 2) Restitutions of these stops."""
-    bias: Floats
-    """(k,) Factors of the oscillator's bias."""
-    forcing: Floats
-    """(k,) Factors of the oscillator's forces. If all forces and the distances of the stops are multiplied by a factor,
-    so are the motions; the kernels therefore need no other forces."""
-
-    @classmethod
-    def of(cls, oscillator: Oscillator, clearances: Floats) -> Conditions:
-        """Return the conditions of an oscillator with clearances (k,) of both stops, or (k, 2) of each."""
-        both = np.asarray(clearances, dtype=np.float64)
-        both = np.stack([both, both], axis=1) if both.ndim == 1 else both
-        ones = np.ones(len(both))
-        restitution = [oscillator.restitution_of(1) * ones, oscillator.restitution_of(-1) * ones]
-        return cls(both, np.stack(restitution, axis=1), ones, ones)
-
-    def part(self, which: Integers | slice) -> Conditions:
-        """Return the conditions of some of the trajectories."""
-        return Conditions(*(values[which] for values in self))
-
-
-class _Begun(NamedTuple):
-    """Trajectories where they begin, and what their results need."""
-
-    starts: ColumnStarts
-    """Where they begin."""
-    forcing: Floats
-    """(n,) Factors of the forces."""
-    steady_bound: Floats
-    """(n,) Bounds of the steady motions."""
 
 
 class SeparateRuns(NamedTuple):
@@ -157,9 +100,9 @@ class Runner:
     def __init__(self, oscillator: Oscillator, settings: RunSettings, before: Runner | None = None) -> None:
         """Allocate lanes, histories and tangents; nothing is run.
 
-        With `before`, whose settings differ in `max_periods` at most and whose oscillator is of the same size, they are
-        those of that runner: a sweep goes on with its errors, and neither runner is to be run while the other one is.
-        So runners that share them belong to one thread.
+        With `before` those of that runner are used, so that a sweep goes on with its errors. Its settings may differ in
+        `max_periods` only, and its oscillator has the same size. Neither runner is to be run while the other one is:
+        runners that share scratch belong to one thread.
         """
         size, harmonics = oscillator.size, len(oscillator.forces)
         self._models = trajectory_models(oscillator)
@@ -251,14 +194,15 @@ class Runner:
         if not isinstance(conditions, Conditions):
             conditions = Conditions.of(self._models.oscillator, conditions)
         models = self._models_at(forced, phase)
-        begun = self._begin(forced, models.shared.forced.free, conditions, start, phase)
-        column = self._column(models, begun.starts, inherits, goes_on)
+        starts = self._begin(forced, models.shared.forced.free, conditions, start, phase)
+        column = self._column(models, starts, inherits, goes_on)
         self._ended = settle_column(self._masses, column, SHARED_TABLES, classify_lane.address(column))
         figures, observed = column.results.figures, self._settings.observed
         if observed is not None:
-            more = figures_of_column(observed, forced, models.shared.forced, begun.starts.stops, column.results)
+            more = figures_of_column(observed, forced, models.shared.forced, starts.stops, column.results)
             figures = np.concatenate([figures, more], axis=1)
-        return _named(begun, column.results.codes, figures)
+        bound = models.shared.forced.free.steady_bound
+        return _named(column.results.codes, figures, starts.stops, conditions.forcing, bound)
 
     def compile_classification(self) -> None:
         """Compile, or load, the kernel that names motions, for all numbers of masses; nothing is run."""
@@ -280,13 +224,13 @@ class Runner:
         conditions = Conditions.of(self._models.oscillator, np.ones(1))
         forced = self.at(1.0)
         models = self._models_at(forced, 0.0)
-        begun = self._begin(forced, models.shared.forced.free, conditions, AtRest(), 0.0)
-        return self._column(models, begun.starts), models.shared
+        starts = self._begin(forced, models.shared.forced.free, conditions, AtRest(), 0.0)
+        return self._column(models, starts), models.shared
 
     def _begin(
         self, forced: ForcedStructure, problem: CellProblem, conditions: Conditions, start: Start, phase: float
-    ) -> _Begun:
-        """Return trajectories as those of `run` where they begin."""
+    ) -> ColumnStarts:
+        """Return where the trajectories of `run` begin."""
         gaps = self._gaps(conditions)
         count = len(gaps)
         stops = stops_table(self._models.oscillator, gaps, conditions.restitution, problem.cells, problem.steady_bound)
@@ -303,7 +247,7 @@ class Runner:
         else:
             state = self._from_equilibrium(conditions, np.zeros(self._shape))
             offset = middle_of_stops(conditions, stops[:, STOPS_UNIT])
-        starts = ColumnStarts(
+        return ColumnStarts(
             stops=stops,
             base=np.repeat(forced.free_state(state[0], state[1], phase)[None], count, axis=0),
             directions=_in_blocks(self._models.free, scaled),
@@ -311,7 +255,6 @@ class Runner:
             aside=np.repeat(self._aside[None], count, axis=0),
             on_stop=on_stop,
         )
-        return _Begun(starts, conditions.forcing, np.full(count, problem.steady_bound))
 
     @property
     def _shape(self) -> tuple[int, int]:
@@ -364,11 +307,6 @@ class Runner:
         state = conditions.forcing[-1] * moved.reshape(self._shape)
         state[0] += conditions.bias[-1] * self._equilibrium
         return np.asarray(state)
-
-    @property
-    def rests(self) -> bool:
-        """Whether the contact rests on a stop at the end of the last run; the settings have `follow`."""
-        return self._ended == RESTS
 
     @property
     def end(self) -> RunEnd:
@@ -463,7 +401,7 @@ class Runners:
         """Return the runner that has this key; if there is none, that of an oscillator, which then has it."""
         if key not in self._kept:
             before = next(reversed(self._kept.values()), None)
-            while len(self._kept) >= _LAST_RUNNERS:
+            while len(self._kept) >= LAST_RUNNERS:
                 del self._kept[next(iter(self._kept))]
             self._kept[key] = Runner(oscillator(), self._settings, before)
         return self._kept[key]
@@ -501,14 +439,12 @@ def run_separate(structures: Sequence[SeparateRuns]) -> tuple[Integers, Floats]:
         separate = SeparateModels([models[i] for i in which.tolist()])
         base = np.stack([bases[i] for i in which.tolist()])
         nothing = np.zeros((1, *base.shape[1:]))
-        begun = _Begun(
-            ColumnStarts(stops, base, nothing, offset[which], aside[which], on_stop[which]),
-            forcing[which],
-            amplitude[which],
-        )
-        column = first._column(separate.models, begun.starts)
+        starts = ColumnStarts(stops, base, nothing, offset[which], aside[which], on_stop[which])
+        column = first._column(separate.models, starts)
         settle_column(first._masses, column, first._separate_tables(number), classify_lane.address(column))
-        codes[which], figures[which] = _named(begun, column.results.codes, column.results.figures)
+        codes[which], figures[which] = _named(
+            column.results.codes, column.results.figures, stops, forcing[which], amplitude[which]
+        )
     return codes, figures
 
 
@@ -518,13 +454,17 @@ def _rest_of(runs: SeparateRuns) -> tuple[Floats, Floats, Floats, Integers]:
     return np.repeat(runs.runner._aside[None], len(gaps), axis=0), gaps, *_preload(gaps)
 
 
-def _named(begun: _Begun, codes: Integers, figures: Floats) -> tuple[Integers, Floats]:
-    """Return the results of trajectories, (n, s, ..), in the unit of the oscillator."""
-    stops = begun.starts.stops
+def _named(
+    codes: Integers, figures: Floats, stops: Floats, forcing: Floats, steady_bound: float | Floats
+) -> tuple[Integers, Floats]:
+    """Return the results of trajectories, (n, s, ..), in the unit of the oscillator.
+
+    `forcing` (n,) are the factors of their forces, `steady_bound` bounds their steady motions.
+    """
     codes = codes.reshape(len(stops), -1, codes.shape[1])
     figures = figures.reshape(len(stops), -1, figures.shape[1])
-    figures[:, :, lane_state.LEAST_VELOCITY] *= begun.forcing[:, None]
-    hidden = hidden_by_rounding(begun.steady_bound, stops[:, STOPS_UNIT])
+    figures[:, :, lane_state.LEAST_VELOCITY] *= forcing[:, None]
+    hidden = hidden_by_rounding(steady_bound, stops[:, STOPS_UNIT])
     if np.any(hidden):
         codes[hidden, :, : lane_state.HALVES_RUN], figures[hidden] = 0, np.nan
         codes[hidden, :, lane_state.REASON], codes[hidden, :, lane_state.SETTLED_AFTER] = HIDDEN_BY_ROUNDING, -1

@@ -16,44 +16,31 @@ from grazemap_core.arrays import Booleans, Floats, Integers
 from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
 from grazemap_core.contact.stops import Clearance, both_clearances
 from grazemap_core.maps.kernels import lane_state
-from grazemap_core.maps.planes import PlaneRunner, start_at
-from grazemap_core.maps.runner import Runner, RunSettings
-from grazemap_core.maps.starts import AboutMiddle, AtRest, BetweenStops
+from grazemap_core.maps.map_settings import AboutMiddle, AtRest, BetweenStops, RunSettings
+from grazemap_core.maps.planes import PlaneRunner
+from grazemap_core.maps.runner import Runner
+from grazemap_core.maps.tolerances import (
+    CAPTURE_PERIODS,
+    CAPTURE_SPARE,
+    RESOLVING_BITS,
+    RESOLVING_GROWTH,
+    RESOLVING_GUARD_BITS,
+    RESOLVING_LONGER,
+    RESOLVING_MOST_BITS,
+    RESOLVING_PERIODS,
+    RESOLVING_WORK,
+    RESTING_DISTANCE,
+)
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.multiprecision import MultiprecisionRun, known_bits, same_impacts
 from grazemap_core.simulation.multiprecision_modes import RunError
-
-FIRST_BITS: Final = 128
-"""Precision of the first run."""
-FIRST_PERIODS: Final = 16
-"""Forcing periods after which the runs are compared first; then after 1.25 times as many, again and again."""
-LONGER: Final = 64
-"""How many times the maximum number of periods of a map the runs may take: those that settle late are the sensitive
-ones."""
-PERIODS_AT_ONCE: Final = 4
-"""Periods of the orbit within which a trajectory is captured at once; it has to return a few times."""
-SPARE_PERIODS: Final = 6
-"""Forcing periods in addition to these: returns are looked for every few half periods."""
-RESTING_DISTANCE: Final = 1e-12
-"""Distance from a stop, in units of the stops, of a state that rests on it; no trajectory of a map starts there."""
-MOST_WORK: Final = 300_000_000
-"""Limit of the work for a point, in impacts times bits: some two minutes."""
-GUARD_BITS: Final = 96
-"""Bits that a run continues with in addition to those to which its last impacts are known."""
-MOST_BITS: Final = 2**16
-"""Limit of the precision, if few impacts make little work: at a graze of the exact trajectory no precision suffices."""
 
 _OF_MOTION: Final = (*range(lane_state.HALVES_RUN), lane_state.UNVERIFIED)
 """Codes that describe the motion, not the run."""
 _FIGURES_OF_MOTION: Final = slice(lane_state.LYAPUNOV_ERROR + 1)
 
 TOO_MUCH_WORK = "the limit of the work is reached"
-
-Start = Callable[[int], MultiprecisionRun]
-"""Starts a run with so many bits."""
-Restart = Callable[[Floats], tuple[Integers, Floats]]
-"""Returns codes (s, CODES) and figures (s, FIGURES) of trajectories in double precision from states (s, 2, N)."""
 
 
 class Resolution(NamedTuple):
@@ -76,7 +63,7 @@ class Resolver:
         """Allocate scratch; limits as in `MapSettings`."""
         self._oscillator, self._omega, self._max_periods = oscillator, omega, max_periods
         self._runner = Runner(
-            oscillator, RunSettings(PERIODS_AT_ONCE * max_period + SPARE_PERIODS, max_period, linearised=False)
+            oscillator, RunSettings(CAPTURE_PERIODS * max_period + CAPTURE_SPARE, max_period, linearised=False)
         )
         self._forced = self._runner.at(omega)
 
@@ -103,27 +90,40 @@ class Resolver:
                 codes[free], figures[free] = results[0][0], results[1][0]
             return codes, figures
 
-        return resolution(start, restart, LONGER * self._max_periods)
+        return resolution(start, restart, RESOLVING_LONGER * self._max_periods)
 
 
-def resolution(start: Start, restart: Restart, max_periods: int) -> Resolution:
-    """Return the motion that two runs with the same impacts lead to within so many periods, or why none is decided."""
+def resolution(
+    start: Callable[[int], MultiprecisionRun],
+    restart: Callable[[Floats], tuple[Integers, Floats]],
+    max_periods: int,
+) -> Resolution:
+    """Return the motion that two runs with the same impacts lead to within so many periods, or why none is decided.
+
+    Parameters
+    ----------
+    start : callable
+        Starts a run with so many bits.
+    restart : callable
+        Returns codes (s, CODES) and figures (s, FIGURES) of trajectories in double precision from states (s, 2, N).
+    max_periods : int
+    """
     undecided = np.empty(0, dtype=np.int64), np.empty(0)
-    bits, work = FIRST_BITS, 0
+    bits, work = RESOLVING_BITS, 0
     try:
         coarse, fine = start(bits), start(2 * bits)
     except RunError as error:
         return Resolution(str(error), bits, *undecided)
-    done, periods = 0, min(FIRST_PERIODS, max_periods)
+    done, periods = 0, min(RESOLVING_PERIODS, max_periods)
     while True:
         fine.run(periods)
         coarse.run(periods)
         if not same_impacts(coarse, fine):
             work += coarse.work + fine.work
-            if work > MOST_WORK or fine.bits == MOST_BITS:
+            if work > RESOLVING_WORK or fine.bits == RESOLVING_MOST_BITS:
                 return Resolution(TOO_MUCH_WORK, fine.bits, *undecided)
             coarse, fine = start(fine.bits), start(2 * fine.bits)
-            done, periods = 0, min(FIRST_PERIODS, max_periods)
+            done, periods = 0, min(RESOLVING_PERIODS, max_periods)
             continue
         if fine.ended:
             return Resolution(fine.ended, fine.bits, *undecided)
@@ -135,20 +135,20 @@ def resolution(start: Start, restart: Restart, max_periods: int) -> Resolution:
             return Resolution("", fine.bits, codes[first], figures[first])
         if periods == max_periods:
             return Resolution("not captured within the periods simulated", fine.bits, *undecided)
-        if work + coarse.work + fine.work > MOST_WORK:
+        if work + coarse.work + fine.work > RESOLVING_WORK:
             return Resolution(TOO_MUCH_WORK, fine.bits, *undecided)
         known = known_bits(coarse, fine)
         if known < coarse.bits:
-            enough = round(known) + GUARD_BITS
+            enough = round(known) + RESOLVING_GUARD_BITS
             coarse.reduce(enough)
             fine.reduce(2 * enough)
-        done, periods = periods, min(periods + periods // 4, max_periods)
+        done, periods = periods, min(periods + periods // RESOLVING_GROWTH, max_periods)
 
 
 def _at_once(codes: Integers) -> Booleans:
     """Return which trajectories a verified orbit captures at once."""
     verified = (codes[:, lane_state.REASON] == RESOLVED) & (codes[:, lane_state.UNVERIFIED] == RESOLVED)
-    early = codes[:, lane_state.HALVES_RUN] <= 2 * (PERIODS_AT_ONCE * codes[:, lane_state.PERIOD] + SPARE_PERIODS)
+    early = codes[:, lane_state.HALVES_RUN] <= 2 * (CAPTURE_PERIODS * codes[:, lane_state.PERIOD] + CAPTURE_SPARE)
     return np.asarray(verified & early)
 
 
@@ -165,15 +165,15 @@ def resolve_grid(runner: PlaneRunner, sensitive: Booleans, codes: Integers, figu
     """
     plane, settings = runner.plane, runner.settings
     resolved = np.zeros(sensitive.shape, dtype=np.bool_)
-    for i in np.flatnonzero(sensitive.any(axis=(0, 2))).tolist():
-        for row, start in np.argwhere(sensitive[:, i]).tolist():
-            oscillator, w, clearance = plane.at_point(row, i)
-            resolver = Resolver(oscillator, w, settings.max_periods, settings.max_period)
-            begun = start_at(settings, w)
-            states = [None] if isinstance(begun, AtRest) else resolver.random_states(clearance, begun)
+    for row, column in np.argwhere(sensitive.any(axis=2)).tolist():
+        oscillator, omega, clearance = plane.at_point(row, column)
+        resolver = Resolver(oscillator, omega, settings.max_periods, settings.max_period)
+        begun = settings.start(omega)
+        states = [None] if isinstance(begun, AtRest) else resolver.random_states(clearance, begun)
+        for start in np.flatnonzero(sensitive[row, column]).tolist():
             outcome = resolver.resolve(clearance, states[start])
             if not outcome.reason:
-                which = row, i, start
+                which = row, column, start
                 resolved[which] = True
                 codes[(_OF_MOTION, *which)] = outcome.codes[list(_OF_MOTION)]
                 figures[(_FIGURES_OF_MOTION, *which)] = outcome.figures[_FIGURES_OF_MOTION]

@@ -7,6 +7,16 @@ from typing import Final
 from grazemap_core.contact.tolerances import CHATTER_ACCURACY
 from grazemap_core.tolerances import EPSILON
 
+LAST_RUNNERS: Final = 8
+"""Number of structures whose runners are kept. Points are run structure by structure, so earlier ones are hardly asked
+for again."""
+
+BYTES_OF_SEPARATE_MODELS: Final = 2**26
+"""Memory for the models of trajectories that share none, of which at least as many are stored as there are lanes."""
+
+BYTES_OF_MASS: Final = 20_000
+"""Memory for a model, for each mass, where the flow over a period is tabulated; others take less."""
+
 SETTLING_IMPACTS: Final = 5_000_000
 """Maximum number of impacts of a trajectory until it settles, without those of complete chatter: this takes several
 seconds. Thousands are usual; between very close stops there is no limit."""
@@ -121,6 +131,17 @@ BORDER_STEP: Final = 16.0
 """Maximum step along a curve that may explain borders, in steps of the map. Near the default oscillator's
 codimension-two point chords of it are 0.03 steps of a 256 x 256 map away from the saddle-node curve."""
 
+BORDER_BRANCH_STEP: Final = 0.05
+"""Maximum step along a branch or a curve that may explain borders, relative to the parameters: on a coarse map
+BORDER_STEP alone would allow steps as long as the parameters themselves."""
+
+BORDER_SHORTER_STEP: Final = 0.1
+"""Factor on the step along a branch, for a second attempt if the first reaches neither a special point nor the end."""
+
+BORDER_ORBITS: Final = 500
+"""Maximum number of orbits along a branch or a curve that may explain borders. With the longest steps they pass 8000
+steps of a map, or a parameter's growth by a factor of 4e10; the rest is for curves that wind."""
+
 END_OF_RANGE: Final = 8.0 * EPSILON
 """Relative difference from the end of its range up to which a branch has arrived there; the conversion to a unit and
 back has roundings."""
@@ -136,6 +157,10 @@ takes some seconds. Motions with more than 353 impacts are not followed."""
 BORDER_LEAST_IMPACTS: Final = 16
 """Number of impacts below which the cost of an orbit does not decrease further."""
 
+BORDER_CURVE_WORK: Final = {"SN": 1, "GR": 1, "PD": 2, "SB": 2, "NS": 8}
+"""Work for a point of a curve, relative to a point of a branch: singular values of a matrix of twice the size, or
+differences of functions of the multipliers and contacts."""
+
 BORDER_FEWEST: Final = 4
 """Minimum number of orbits that the limit must allow; otherwise a motion is not followed."""
 
@@ -145,6 +170,20 @@ BORDERS_WORK: Final = 100_000_000
 BORDER_SEARCH_PERIODS: Final = 20_000_000
 """Maximum number of forcing periods, over all random states, of the search for those motions of a map to which neither
 a trajectory from rest nor a neighbour leads: about a minute."""
+
+BORDER_RUNS: Final = 3
+"""Number of trajectories from one initial state, each twice as long as the one before, that are tried for an orbit of a
+map. The last one is four times as long as the map's was until it settled."""
+
+BORDER_STATES: Final = 256
+"""Number of random initial states that are tried at a point, to find one that leads to the map's motion. A motion to
+which 2 % of them lead is missed with a probability of 0.6 %."""
+
+BORDER_CANDIDATES: Final = 4
+"""Number of those states that are used: those whose trajectories settle first."""
+
+GRAZE_SAMPLES: Final = 4
+"""Samples of a grazing curve per step of a map, so that the curve is drawn finer than the map."""
 
 GROWTH_SHARE: Final = 0.75
 """Share of a trajectory's maximum number of forcing periods, at its end, in which the growth of changes is measured.
@@ -171,6 +210,9 @@ trajectories alone."""
 RUN_ON_PERIODS: Final = 5_000_000
 """Number of forcing periods that the sample does not exceed, unless it is a single trajectory: about a minute."""
 
+CONFIDENCE: Final = 0.95
+"""Minimum probability with which the interval of a measured probability contains it: the usual one."""
+
 ENTROPY_BOX: Final = 5
 """Number of states along a side of a box of the basin entropy, as Daza et al. (2016) take it: the entropy of 25 states
 is resolved to a tenth, and the boxes are small."""
@@ -193,3 +235,38 @@ FEWEST_DISTANCES: Final = 3
 MOST_DRAWS: Final = 1000
 """Random initial states that are drawn for each one with the contact between the stops, on average. Ranges with fewer
 are refused."""
+
+EXPONENT_PERIODS: Final = 500
+"""Forcing periods of a bifurcation diagram after the recorded ones until which a motion may settle. As in maps, the
+growth of small changes is measured in the last GROWTH_SHARE of all periods."""
+
+RESOLVING_BITS: Final = 128
+"""Precision of the first multi-precision run from a sensitive point, more than twice that of binary64."""
+
+RESOLVING_MOST_BITS: Final = 2**16
+"""Limit of the precision, if few impacts make little work: at a graze of the exact trajectory no precision suffices."""
+
+RESOLVING_GUARD_BITS: Final = 96
+"""Bits that a run continues with in addition to those to which its last impacts are known."""
+
+RESOLVING_WORK: Final = 300_000_000
+"""Limit of the work for a sensitive point, in impacts times bits: some two minutes."""
+
+RESOLVING_PERIODS: Final = 16
+"""Forcing periods after which two runs are compared first."""
+
+RESOLVING_GROWTH: Final = 4
+"""Inverse growth of that number until the next comparison: each time it is 5/4 of the one before."""
+
+RESOLVING_LONGER: Final = 64
+"""How many times the maximum number of periods of a map the runs may take: those that settle late are the sensitive
+ones."""
+
+CAPTURE_PERIODS: Final = 4
+"""Periods of the orbit within which a trajectory is captured at once; it has to return a few times."""
+
+CAPTURE_SPARE: Final = 6
+"""Forcing periods in addition to these: returns are looked for every few half periods."""
+
+RESTING_DISTANCE: Final = 1e-12
+"""Distance from a stop, in units of the stops, of a state that rests on it; no trajectory of a map starts there."""

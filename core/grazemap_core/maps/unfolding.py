@@ -22,6 +22,8 @@ from grazemap_core.maps.planes import Plane, PlaneRunner
 from grazemap_core.simulation.motion import KINDS, kinds_of
 from grazemap_core.simulation.observables import Observables
 
+NAME: Final = ("kind", "period", "impacts_right", "impacts_left", "symmetric", "sticking")
+"""The arrays of `unfolding_map_tile` that name a motion."""
 _OF_SMALL_CHANGES: Final = ("multiplier", "lyapunov", "lyapunov_error")
 
 
@@ -109,21 +111,21 @@ def named_arrays(
     `resolved` (n, m, s) are the trajectories that were decided in multi-precision arithmetic.
     """
     chosen = np.zeros(codes.shape[1:3], dtype=np.int64)
+    of_ensemble: dict[str, NDArray[Any]] = {}
     if settings.is_ensemble:
         chosen, share, motions = _most_frequent(codes)
-        arrays = arrays_of(
-            np.take_along_axis(codes, chosen[None, :, :, None], axis=3)[..., 0],
-            np.take_along_axis(figures, chosen[None, :, :, None], axis=3)[..., 0],
-        )
-        arrays |= {"share": share, "motions_found": motions}
-    else:
-        arrays = arrays_of(codes[..., 0], figures[..., 0])
+        of_ensemble = {"share": share, "motions_found": motions}
+
+    def of_chosen(values: NDArray[Any]) -> NDArray[Any]:
+        return np.take_along_axis(values, chosen[None, :, :, None], axis=3)[..., 0]
+
+    arrays = arrays_of(of_chosen(codes), of_chosen(figures)) | of_ensemble
     if resolved is not None:
-        arrays["resolved"] = np.take_along_axis(resolved, chosen[..., None], axis=2)[..., 0]
-    arrays = {name: array for name, array in arrays.items() if not (settings.preview and name in _OF_SMALL_CHANGES)}
-    observed = figures[FIGURES:]
-    if len(observed):
-        arrays["figures"] = np.take_along_axis(observed, chosen[None, :, :, None], axis=3)[..., 0]
+        (arrays["resolved"],) = of_chosen(resolved[None])
+    if settings.preview:
+        arrays = {name: array for name, array in arrays.items() if name not in _OF_SMALL_CHANGES}
+    if len(figures) > FIGURES:
+        arrays["figures"] = of_chosen(figures[FIGURES:])
     return arrays
 
 
@@ -170,15 +172,13 @@ def _most_frequent(codes: Integers) -> tuple[Integers, Floats, NDArray[np.int32]
     reason, period, right, left, symmetric, _, sticking, growth = codes[:8]
     kind, _ = kinds_of(reason, growth, codes[UNVERIFIED])
     few, many = np.minimum(right, left), np.maximum(right, left)  # mirror images are one motion
-    keys = np.stack([kind, period, few, many, symmetric, sticking], axis=-1)
-    chosen = np.zeros(kind.shape[:2], dtype=np.int64)
-    share = np.zeros(kind.shape[:2])
-    motions = np.zeros(kind.shape[:2], dtype=np.int32)
-    for pixel in np.ndindex(chosen.shape):
-        distinct_keys, first, counts = np.unique(keys[pixel], axis=0, return_index=True, return_counts=True)
-        known = distinct_keys[:, 0] != 0
-        # a known motion before an unresolved one
-        best = min(range(len(distinct_keys)), key=lambda i: (not known[i], -counts[i], first[i]))
-        chosen[pixel], share[pixel] = first[best], counts[best] / len(keys[pixel])
-        motions[pixel] = np.count_nonzero(known)
-    return chosen, share, motions
+    n, m, s = kind.shape
+    point = np.repeat(np.arange(n * m), s)
+    keys = np.column_stack([point, *(key.ravel() for key in (kind, period, few, many, symmetric, sticking))])
+    distinct, first, counts = np.unique(keys, axis=0, return_index=True, return_counts=True)
+    of_point, known = distinct[:, 0], distinct[:, 1] != 0
+    # of every point: a known motion before an unresolved one, then by frequency
+    order = np.lexsort([first, -counts, ~known, of_point])
+    best = order[np.searchsorted(of_point, np.arange(n * m))]
+    motions = np.bincount(of_point[known], minlength=n * m).astype(np.int32)
+    return (first[best] % s).reshape(n, m), (counts[best] / s).reshape(n, m), motions.reshape(n, m)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from grazemap.wire import Estimate, Oscillator, ProcessRequest, UnfoldingMapsRequest, linear, parse_request
 from grazemap_core.maps import tolerances
-from grazemap_core.maps.bifurcation_diagrams import EXPONENT_PERIODS
+from grazemap_core.maps.tolerances import EXPONENT_PERIODS
 from grazemap_worker.planning import Plan, rates
 from grazemap_worker.planning.costs import contact_force, fastest_exponent, setup_seconds
 from grazemap_worker.planning.rates import (

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from grazemap_core.errors import ParameterError
-from grazemap_core.maps import inferred_points
+from grazemap_core.maps import refinement
 from grazemap_core.maps.adaptive_map import LABEL, NOT_COMPUTED, adaptive_map_tile, complete_map
 from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.maps.planes import Plane
@@ -125,7 +125,7 @@ def test_a_map_without_contradictions_at_its_seams_changes_at_the_sample_only(fu
 def test_wrong_points_of_the_sample_are_counted_and_the_map_is_closed_around_them(
     full: Arrays, adaptive: Arrays, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(inferred_points, "INFERRED_SAMPLE", 1.0)
+    monkeypatch.setattr(refinement, "INFERRED_SAMPLE", 1.0)
     whole = {name: array.copy() for name, array in adaptive.items()}
     # in the lower half all inferred points have another motion
     inside = ~whole["computed"] & (whole["kind"] == PERIODIC) & (CLEARANCE < 1.915)[:, None]

@@ -16,7 +16,8 @@ from grazemap_core.maps.basin_fractions import (
     ranges_of,
 )
 from grazemap_core.maps.basins import Attractor
-from grazemap_core.maps.chaotic_transients import chance_in_fractions, sample
+from grazemap_core.maps.chaotic_transients import chance_in_fractions
+from grazemap_core.maps.samples import sample
 from grazemap_core.model.drive import force
 from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.oscillator import Oscillator

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from grazemap_core.codes import ROUNDING_DECIDES, STICKS
-from grazemap_core.maps.bifurcation_diagrams import EXPONENT_PERIODS, sections
+from grazemap_core.maps.bifurcation_diagrams import sections
 from grazemap_core.maps.kernels.lane_state import IMPACTS
-from grazemap_core.maps.map_settings import MapSettings
+from grazemap_core.maps.map_settings import MapSettings, RunSettings
 from grazemap_core.maps.planes import Plane
-from grazemap_core.maps.runner import Runner, RunSettings
+from grazemap_core.maps.runner import Runner
+from grazemap_core.maps.tolerances import EXPONENT_PERIODS
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.one_impact_branches import one_impact_branch

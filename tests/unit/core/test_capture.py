@@ -15,10 +15,9 @@ from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.maps.basins import Coordinate, basin_tile
 from grazemap_core.maps.bifurcation_diagrams import sections
 from grazemap_core.maps.kernels import lane_state
-from grazemap_core.maps.map_settings import MapSettings
+from grazemap_core.maps.map_settings import AtRest, MapSettings, RunSettings
 from grazemap_core.maps.planes import Plane
-from grazemap_core.maps.runner import Runner, RunSettings
-from grazemap_core.maps.starts import AtRest
+from grazemap_core.maps.runner import Runner
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.kernels.capture import _flight_ratio, _impact_ratio, _time_moved

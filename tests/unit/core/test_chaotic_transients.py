@@ -13,16 +13,10 @@ from grazemap_core.codes import HIDDEN_BY_ROUNDING
 from grazemap_core.maps import chaotic_transients
 from grazemap_core.maps.basins import Coordinate, basin_tile
 from grazemap_core.maps.bifurcation_diagrams import Section, sections
-from grazemap_core.maps.chaotic_transients import (
-    chance_in_basins,
-    chance_in_diagram,
-    chance_in_map,
-    sample,
-    sample_of_groups,
-)
-from grazemap_core.maps.map_settings import MapSettings
+from grazemap_core.maps.chaotic_transients import chance_in_basins, chance_in_diagram, chance_in_map
+from grazemap_core.maps.map_settings import MapSettings, RunSettings
 from grazemap_core.maps.planes import Plane, PlaneRunner
-from grazemap_core.maps.runner import RunSettings
+from grazemap_core.maps.samples import sample, sample_of_groups
 from grazemap_core.maps.tolerances import RUN_ON, RUN_ON_PERIODS, RUN_ON_SAMPLE, SIDE_BY_SIDE
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator

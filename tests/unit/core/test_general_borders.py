@@ -13,7 +13,7 @@ from grazemap_core.grazing.grazing_curve import VariedStop
 from grazemap_core.maps.borders.map_borders import EXPLANATIONS, MapBorders, map_borders
 from grazemap_core.maps.borders.motion_grid import MotionGrid, MotionName
 from grazemap_core.maps.map_settings import MapSettings
-from grazemap_core.maps.margins import grazing_margins
+from grazemap_core.maps.plane_grazes import grazing_margins
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.equilibrium import contact_equilibrium

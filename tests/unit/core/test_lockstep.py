@@ -11,8 +11,8 @@ from grazemap_core.contact.kernels import half_period
 from grazemap_core.contact.kernels.runs import CHATTER, EVENT_COLUMNS, EVENT_COUNT, KIND, OK, new_run
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.lane_tables import LANES
+from grazemap_core.maps.map_settings import RunSettings
 from grazemap_core.maps.planes import Plane, PlaneRunner
-from grazemap_core.maps.runner import RunSettings
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.start import forced_oscillator, initial_state, start
 from tests.oracles.impact_accuracy import (

@@ -11,9 +11,8 @@ import pytest
 
 from grazemap_core.codes import INFINITE
 from grazemap_core.errors import ParameterError
-from grazemap_core.maps.borders.border_lines import BorderLine, nearest, positions
 from grazemap_core.maps.borders.map_borders import BORDER_REASONS, EXPLANATIONS, MapBorders, map_borders
-from grazemap_core.maps.borders.motion_grid import MotionGrid, MotionName
+from grazemap_core.maps.borders.motion_grid import MotionGrid, MotionName, nearest, positions
 from grazemap_core.maps.borders.regions import NO_REGION, Regions
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
@@ -127,8 +126,9 @@ def test_where_motions_coexist_a_trajectory_of_each_keeps_it_one_step_further():
 def test_every_point_of_a_region_has_the_orbit_of_its_closed_form():
     arrays, _ = near_the_point()
     regions = Regions(MotionGrid.of(Plane.of(DEFAULT, OMEGA, CLEARANCE), arrays))
+    regions.find()
     (largest, *_) = sorted(
-        (region for region in regions.found if region.name == IMPACT_ON_ONE_STOP),
+        (region for region in regions.items if region.name == IMPACT_ON_ONE_STOP),
         key=lambda region: -len(region.orbits),
     )
     assert len(largest.orbits) > 400
@@ -254,10 +254,10 @@ def test_a_grid_that_is_not_the_map_s_is_refused():
 def test_distances_are_in_steps_of_the_map_and_from_what_is_drawn():
     values = np.array([1.0, 2.0, 4.0])
     np.testing.assert_allclose(positions(values, np.array([0.5, 1.5, 3.0, 6.0])), [-0.5, 0.5, 1.5, 3.0])
-    line = BorderLine(np.array([0.0, 0.0, 5.0]), np.array([0.0, 4.0, 4.0]))
+    line = np.array([[0.0, 0.0], [0.0, 4.0], [5.0, 4.0]])
     places = np.array([[1.0, 2.0], [2.0, 5.0], [-3.0, 0.0]])
     np.testing.assert_allclose(nearest(line, np.array([True, True, True]), places), [1.0, 1.0, 3.0])
     # the second piece is left out, and the second place is nearest to the end of the first
     np.testing.assert_allclose(nearest(line, np.array([True, False, False]), places), [1.0, np.sqrt(5.0), 3.0])
     assert np.all(np.isinf(nearest(line, np.zeros(3, dtype=bool), places)))
-    np.testing.assert_allclose(nearest(BorderLine(np.ones(1), np.ones(1)), np.ones(1, dtype=bool), places[:1]), [1.0])
+    np.testing.assert_allclose(nearest(np.ones((1, 2)), np.ones(1, dtype=bool), places[:1]), [1.0])

@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 
-from grazemap_core.codes import NOT_CLOSED
+from grazemap_core.codes import NOT_CLOSED, RESOLVED
 from grazemap_core.errors import LinearisationError
 from grazemap_core.maps.kernels import lane_state
-from grazemap_core.maps.map_settings import MapSettings
+from grazemap_core.maps.map_settings import MapSettings, RunSettings
 from grazemap_core.maps.planes import Plane, PlaneRunner
-from grazemap_core.maps.runner import RunSettings
-from grazemap_core.maps.unfolding import unfolding_map_tile
+from grazemap_core.maps.unfolding import named_arrays, unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.monodromy import monodromy
 from grazemap_core.simulation.motion import KINDS
@@ -252,3 +251,21 @@ def test_an_ensemble_counts_the_motions_to_which_its_states_lead() -> None:
         assert tile["share"][i, 0] == max(counts.values()) / 12.0 == counts[here] / 12.0
         assert tile["motions_found"][i, 0] == len(counts)
     assert (tile["motions_found"] > 1).any()
+
+
+def test_of_equally_frequent_motions_the_first_counts_and_unresolved_ones_only_where_there_is_no_other() -> None:
+    """Planted: a period for each of four initial states; 0 stands for an unresolved motion."""
+    points = {
+        (2, 1, 1, 2): (0, 0.5, 2),
+        (3, 2, 3, 1): (0, 0.5, 3),
+        (0, 0, 0, 4): (3, 0.25, 1),
+        (0, 0, 0, 0): (0, 1.0, 0),
+    }
+    codes = np.zeros((lane_state.CODES, 1, len(points), 4), dtype=np.int64)
+    codes[lane_state.PERIOD, 0] = list(points)
+    codes[lane_state.REASON] = np.where(codes[lane_state.PERIOD] == 0, NOT_CLOSED, RESOLVED)
+    codes[lane_state.IMPACTS] = np.arange(4)  # does not name a motion
+    figures = np.tile(np.arange(4.0), (lane_state.FIGURES, 1, len(points), 1))
+    arrays = named_arrays(codes, figures, MapSettings(policy="ensemble"))
+    named = zip(arrays["multiplier"][0], arrays["share"][0], arrays["motions_found"][0], strict=True)
+    assert list(named) == list(points.values())

@@ -15,8 +15,7 @@ from grazemap_core.continuation.parameters import PARAMETERS, ParameterPoint, ch
 from grazemap_core.grazing.grazing_curve import VariedStop, grazing_curve, stop_grazes
 from grazemap_core.maps.borders.map_borders import EXPLANATIONS, MapBorders, map_borders
 from grazemap_core.maps.map_settings import MapSettings
-from grazemap_core.maps.margins import steady_on
-from grazemap_core.maps.plane_grazes import GrazeLine, graze_lines
+from grazemap_core.maps.plane_grazes import GrazeLine, graze_lines, steady_on
 from grazemap_core.maps.planes import Axis, Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.drive import force

@@ -13,10 +13,10 @@ from grazemap_core.contact.trajectory_models import trajectory_models
 from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.maps import planes
 from grazemap_core.maps.kernels import lane_state
-from grazemap_core.maps.map_settings import MapSettings, random_starts
-from grazemap_core.maps.margins import grazing_margins
+from grazemap_core.maps.map_settings import MapSettings, RunSettings, random_starts
+from grazemap_core.maps.plane_grazes import grazing_margins
 from grazemap_core.maps.planes import Axis, Plane, PlaneRunner
-from grazemap_core.maps.runner import Runner, RunSettings
+from grazemap_core.maps.runner import Runner
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.drive import force
 from grazemap_core.simulation.observables import Observables, Output
@@ -62,7 +62,7 @@ def plane(across, up, oscillator=None):
     return Plane(of, at, AXES[across], AXES[up])
 
 
-def alone(grid, row, column, **settings):
+def alone(grid, row, column, observed=None, **settings):
     """The map of one point, of the oscillator that has all its values."""
     oscillator, omega, clearance = grid.at_point(row, column)
     if isinstance(clearance, tuple):
@@ -71,7 +71,7 @@ def alone(grid, row, column, **settings):
         single = Plane.of(oscillator, np.array([omega]), np.array(pair))
     else:
         single = Plane.of(oscillator, np.array([omega]), np.array([clearance]))
-    return unfolding_map_tile(single, MapSettings(PERIODS, **settings))
+    return unfolding_map_tile(single, MapSettings(PERIODS, **settings), observed=observed)
 
 
 @pytest.mark.parametrize(("across", "up"), PAIRS)
@@ -120,7 +120,7 @@ def test_trajectories_apart_are_those_that_run_alone(name, monkeypatch):
     runner = PlaneRunner(Plane(oscillator, at, Axis("omega", omega), Axis("damping", damping)), RunSettings(PERIODS, 8))
     codes, figures = runner.grid()
     # a lane for each trajectory, then one after the other
-    for attribute in ("_BYTES_OF_SEPARATE_MODELS", "CAN_SEPARATE"):
+    for attribute in ("BYTES_OF_SEPARATE_MODELS", "CAN_SEPARATE"):
         monkeypatch.setattr(planes, attribute, 0)
         other_codes, other_figures = runner.grid()
         np.testing.assert_array_equal(codes, other_codes)

@@ -10,8 +10,15 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from grazemap_core.arrays import Floats
-from grazemap_core.maps.inferred_points import check_sample
-from grazemap_core.maps.refinement import SENSITIVE_LABEL, UNKNOWN_LABEL, UNRESOLVED, Indices, Labels, Refinement
+from grazemap_core.maps.refinement import (
+    SENSITIVE_LABEL,
+    UNKNOWN_LABEL,
+    UNRESOLVED,
+    Indices,
+    Labels,
+    Refinement,
+    check_sample,
+)
 from grazemap_core.maps.tolerances import SAME_APPROACH
 
 IRREGULAR, MOTION = 2, 3  # the labels from MOTION on are motions

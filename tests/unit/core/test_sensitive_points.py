@@ -15,10 +15,10 @@ from grazemap_core.contact.stops import both_clearances
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps import unfolding
 from grazemap_core.maps.kernels import lane_state
-from grazemap_core.maps.map_settings import MapSettings
+from grazemap_core.maps.map_settings import MapSettings, RunSettings
 from grazemap_core.maps.planes import Plane, PlaneRunner
-from grazemap_core.maps.runner import RunSettings
-from grazemap_core.maps.sensitive_points import GUARD_BITS, Resolver, resolution, resolve_grid
+from grazemap_core.maps.sensitive_points import Resolver, resolution, resolve_grid
+from grazemap_core.maps.tolerances import RESOLVING_GUARD_BITS
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.drive import force
 from grazemap_core.model.matrices import Matrices
@@ -409,7 +409,7 @@ def test_bits_below_the_error_are_not_needed():
             run.run(periods)
         known = known_bits(fewer, exact)
         assert known > known_bits(whole, exact) - 2.0
-        fewer.reduce(round(known) + GUARD_BITS)
+        fewer.reduce(round(known) + RESOLVING_GUARD_BITS)
     assert known < 256
     assert fewer.work < 0.95 * whole.work
     assert known_bits(whole, whole) == math.inf

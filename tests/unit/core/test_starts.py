@@ -11,9 +11,9 @@ from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.maps.basin_fractions import from_rest
 from grazemap_core.maps.basins import Coordinate, initial_states, run_states
 from grazemap_core.maps.kernels.lane_state import CODES, FIGURES, HALVES_RUN, IMPACTS, REASON, UNVERIFIED
-from grazemap_core.maps.map_settings import random_starts
+from grazemap_core.maps.map_settings import RunSettings, random_starts
 from grazemap_core.maps.planes import Axis, Plane, PlaneRunner
-from grazemap_core.maps.runner import Runner, RunSettings
+from grazemap_core.maps.runner import Runner
 from grazemap_core.maps.sensitive_points import Resolution, Resolver, resolve_grid
 from grazemap_core.model.drive import force
 from grazemap_core.model.matrices import Matrices
@@ -106,7 +106,8 @@ def test_a_sensitive_point_of_an_ensemble_is_decided_from_the_state_of_the_map(m
     plane = Plane.of(DEFAULT, np.array([0.29]), np.array([clearance]))
     codes, figures = np.zeros((CODES, 1, 1, 3), dtype=np.int64), np.zeros((FIGURES, 1, 1, 3))
     codes[UNVERIFIED] = ROUNDING_DECIDES
-    resolve_grid(plane, SHORT._replace(starts=starts), codes[UNVERIFIED] == ROUNDING_DECIDES, codes, figures)
+    runner = PlaneRunner(plane, SHORT._replace(starts=starts))
+    resolve_grid(runner, codes[UNVERIFIED] == ROUNDING_DECIDES, codes, figures)
     expected = about_middle(forced_oscillator(DEFAULT, 0.29, clearance), starts)
     np.testing.assert_allclose(np.stack(seen), expected, rtol=1e-12)
 

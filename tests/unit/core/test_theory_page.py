@@ -20,7 +20,7 @@ from grazemap_core.grazing.poincare_map import compare_returns
 from grazemap_core.grazing.point import grazing_point
 from grazemap_core.grazing.recurrence import next_contact
 from grazemap_core.grazing.steady_maxima import steady_motion
-from grazemap_core.maps.margins import grazing_margins
+from grazemap_core.maps.plane_grazes import grazing_margins
 from grazemap_core.maps.planes import Axis, Plane
 from grazemap_core.model.drive import force
 from grazemap_core.model.equilibrium import contact_equilibrium

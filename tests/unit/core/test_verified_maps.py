@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from grazemap_core import codes
-from grazemap_core.maps.map_settings import MapSettings
+from grazemap_core.maps.map_settings import MapSettings, RunSettings
 from grazemap_core.maps.planes import Plane, PlaneRunner
-from grazemap_core.maps.runner import RunSettings
 from grazemap_core.maps.unfolding import arrays_of, unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.impact_sequences import impacts_of

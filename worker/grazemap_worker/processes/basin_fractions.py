@@ -22,8 +22,9 @@ from grazemap_worker.processes.conversion import core_line, join_tiles, label, w
 from grazemap_worker.processes.process import Process, Report
 
 if TYPE_CHECKING:
-    from grazemap_core.maps.basin_fractions import Point, StateRanges
+    from grazemap_core.maps.basin_fractions import StateRanges
     from grazemap_core.maps.basins import Attractor
+    from grazemap_core.maps.planes import Point
 
 
 def _tiling(request: BasinFractionsRequest) -> Plan:

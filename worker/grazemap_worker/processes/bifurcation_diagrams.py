@@ -63,8 +63,9 @@ def compute(request: BifurcationDiagramsRequest, report: Report) -> ClassDocumen
 
     A section has the states recorded once per forcing period, the impacts of these periods, and the motion.
     """
-    from grazemap_core.maps.bifurcation_diagrams import EXPONENT_PERIODS, sections
+    from grazemap_core.maps.bifurcation_diagrams import sections
     from grazemap_core.maps.chaotic_transients import chance_in_diagram
+    from grazemap_core.maps.tolerances import EXPONENT_PERIODS
 
     values = grid_values(request.axis.values)
     line = core_line(request.line)

@@ -233,7 +233,7 @@ def _axes(request: UnfoldingMapsRequest, plane: CorePlane) -> Document:
 
 def _margins(request: UnfoldingMapsRequest, plane: CorePlane) -> Document:
     """Return the distances of the stops from the steady motion; the zeros of the distances are the grazing curves."""
-    from grazemap_core.maps.margins import grazing_margins
+    from grazemap_core.maps.plane_grazes import grazing_margins
 
     if request.plane.fields != AXES:  # the process grazing-curves has the grazing curves of such a plane
         return {}

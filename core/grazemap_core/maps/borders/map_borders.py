@@ -13,7 +13,8 @@ bounded, by numbers that do not depend on the machine.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -27,13 +28,9 @@ from grazemap_core.continuation.parameters import PARAMETERS, domain
 from grazemap_core.continuation.special_points import SpecialPoint
 from grazemap_core.errors import ConditioningError, SteadyMotionError
 from grazemap_core.maps import tolerances
-from grazemap_core.maps.borders.border_lines import BorderLine, nearest, positions
-from grazemap_core.maps.borders.motion_grid import NO_NAME, MotionGrid, MotionName, Point
-from grazemap_core.maps.borders.progress import ACROSS, COEXISTING, CURVES, BorderProgress, Report
-from grazemap_core.maps.borders.region import Region
-from grazemap_core.maps.borders.regions import NO_REGION, Regions
-from grazemap_core.maps.margins import grazing_margins
-from grazemap_core.maps.plane_grazes import graze_lines
+from grazemap_core.maps.borders.motion_grid import NO_NAME, GridPoint, MotionGrid, MotionName, nearest, positions
+from grazemap_core.maps.borders.regions import NO_REGION, Region, Regions
+from grazemap_core.maps.plane_grazes import graze_lines, grazing_margins
 from grazemap_core.maps.planes import Axis, Plane
 from grazemap_core.model.own_period import in_own_period
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
@@ -63,13 +60,20 @@ BORDER_REASONS: Final = (
 
 _UNEXPLAINED, _CURVE, _COEXISTENCE, _GOES_ON = range(4)
 _NO_ORBIT, _RESTS, _BREAKS_OFF, _NOT_SOLVED, _LEAVES, _TOO_LONG, _ALL_SPENT, _ILL_CONDITIONED = range(1, 9)
-_CURVE_POINTS = 500
-_BRANCH_STEP = 0.05
-_TIMES: Final = {"SN": 1, "GR": 1, "PD": 2, "SB": 2, "NS": 8}
-"""Work for a point of a curve, relative to a point of a branch: singular values of a matrix of twice the size, or
-differences of functions of the multipliers and contacts."""
-_SHORTER = 0.1
-"""Factor on the step along a branch, for a second attempt if the first reaches neither a special point nor the end."""
+
+Report = Callable[[int, int], object]
+"""Called with (done, total)."""
+_STEPS: Final = 1000
+"""Total number of steps of the progress that is reported."""
+# shares of the whole that are done at the beginning and at the end of a stage
+_REGIONS: Final = (0.0, 0.05)
+"""The orbits of all points are found."""
+_ACROSS: Final = (0.05, 0.2)
+"""The orbits of border pairs are solved for at the other point."""
+_COEXISTING: Final = (0.2, 0.3)
+"""The motions that exist at both points are followed."""
+_CURVES: Final = (0.3, 1.0)
+"""The motions that end are followed to their curves. This takes longest, unless a map is fine and its motions few."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,21 +146,36 @@ def map_borders(plane: Plane, arrays: Mapping[str, NDArray[Any]], report: Report
         As for `periodic_orbits.periodic_orbit`.
     """
     grid = MotionGrid.of(plane, arrays)
-    progress = BorderProgress(report)
-    work = _Explanation(grid, Regions(grid, progress), progress)
-    work.run()
-    return work.result(arrays["kind"])
+    progress = _Progress(report)
+    regions = Regions(grid, partial(progress.stage, _REGIONS))
+    regions.find()
+    explanation = _Explanation(grid, regions, progress)
+    explanation.run()
+    return explanation.result(arrays["kind"])
+
+
+class _Progress:
+    """Progress as one number that never decreases, and stays below the total."""
+
+    def __init__(self, report: Report | None) -> None:
+        self._report, self._reported = report, 0
+
+    def stage(self, stage: tuple[float, float], share: float) -> None:
+        """Report the share of a stage that is done."""
+        done = min(int(_STEPS * (stage[0] + (stage[1] - stage[0]) * share)), _STEPS - 1)
+        if self._report is not None and done > self._reported:
+            self._reported = done
+            self._report(done, _STEPS)
 
 
 class _Explanation:
     """The pairs, and what is known of them so far; arrays (p, 2) have one number for the motion of each point."""
 
-    def __init__(self, grid: MotionGrid, regions: Regions, progress: BorderProgress) -> None:
+    def __init__(self, grid: MotionGrid, regions: Regions, progress: _Progress) -> None:
         self.grid, self.regions, self.progress = grid, regions, progress
-        margins = grazing_margins(grid.plane)
-        self.is_free = (margins[0] > 0.0) & (margins[1] > 0.0)
         self.pairs = self._pairs()
         count = len(self.pairs)
+        self.same = np.zeros(count, dtype=np.bool_)  # the points have the same motion: no border
         self.known = np.zeros((count, 2), dtype=np.bool_)
         self.ends = np.zeros((count, 2), dtype=np.bool_)
         self.reason = np.zeros((count, 2), dtype=np.int64)
@@ -167,15 +186,10 @@ class _Explanation:
         self.number = np.array([[grid.name_index[point] for point in pair] for pair in self.pairs], dtype=np.int64)
         self.number = self.number.reshape(-1, 2)
         self.regular = np.all(self.number != NO_NAME, axis=1)
-        same = self._solve_across()
-        keep = np.flatnonzero(~same)
-        self.pairs = [self.pairs[i] for i in keep]
-        for name in ("known", "ends", "reason", "curve", "distance", "number", "regular"):
-            setattr(self, name, getattr(self, name)[keep])
 
-    def _pairs(self) -> list[tuple[Point, Point]]:
+    def _pairs(self) -> list[tuple[GridPoint, GridPoint]]:
         """Return neighbours with different names or regions, of which one at least is periodic."""
-        pairs: list[tuple[Point, Point]] = []
+        pairs: list[tuple[GridPoint, GridPoint]] = []
         name, number = self.grid.name_index, self.regions.number
         for down, right in ((1, 0), (0, 1)):
             here = (slice(0, len(name) - down), slice(0, name.shape[1] - right))
@@ -185,10 +199,11 @@ class _Explanation:
             pairs += [((row, column), (row + down, column + right)) for row, column in np.argwhere(differ).tolist()]
         return pairs
 
-    def _solve_across(self) -> Booleans:
-        """Solve for every motion at the other point of its pair; return which pairs have the same motion."""
-        same = np.zeros(len(self.pairs), dtype=np.bool_)
-        jobs: dict[tuple[int, int], list[tuple[int, int, Point, Point]]] = {}
+    def _solve_across(self) -> None:
+        """Solve for every motion at the other point of its pair."""
+        margins = grazing_margins(self.grid.plane)
+        is_free = (margins[0] > 0.0) & (margins[1] > 0.0)
+        jobs: dict[tuple[int, int], list[tuple[int, int, GridPoint, GridPoint]]] = {}
         for i, pair in enumerate(self.pairs):
             for side, (point, other) in enumerate((pair, pair[::-1])):
                 name = self.grid.name_at(point)
@@ -197,27 +212,29 @@ class _Explanation:
                     continue
                 if name.without_impacts:
                     self.known[i, side] = True
-                    self.ends[i, side] = not self.is_free[other]
+                    self.ends[i, side] = not is_free[other]
                 elif number == NO_REGION:
                     self.reason[i, side] = _NO_ORBIT if name.solvable else _RESTS
                 else:
                     self.known[i, side] = True
                     jobs.setdefault((number, other[1]), []).append((i, side, point, other))
         for done, ((number, _), members) in enumerate(jobs.items()):
-            self.progress.stage(ACROSS, done / len(jobs))
-            region = self.regions.found[number]
-            got = region.solve([other for *_, other in members], [region.orbits[point] for _, _, point, _ in members])
+            self.progress.stage(_ACROSS, done / len(jobs))
+            region = self.regions.items[number]
+            guesses = [region.orbits[point] for _, _, point, _ in members]
+            orbits = region.solve([other for *_, other in members], guesses)
             for k, (i, side, _, other) in enumerate(members):
-                self.ends[i, side] = not got.fine[k]
-                if got.fine[k] and _is_one(self.regions.at(other), other, region, got.velocities[k]):
-                    same[i] = True
-        return same
+                self.ends[i, side] = not orbits.fine[k]
+                if orbits.fine[k] and _are_same(self.regions.at(other), other, region, orbits.velocities[k]):
+                    self.same[i] = True
+        self.known[self.same] = self.ends[self.same] = False
 
     def run(self) -> None:
         """Explain the borders, those of periodic motions first."""
+        self._solve_across()
         both = np.flatnonzero(self.regular & ~np.any(self.ends, axis=1) & np.all(self.known, axis=1)).tolist()
         for done, place in enumerate(both):
-            self.progress.stage(COEXISTING, done / len(both))
+            self.progress.stage(_COEXISTING, done / len(both))
             for side in (0, 1):
                 self._follow_across(place, side)
         self._take_grazing_curve()
@@ -226,19 +243,16 @@ class _Explanation:
         for chosen in (self.regular, ~self.regular):
             for number in self._most_frequent(chosen):
                 for i, side in np.argwhere(self._waiting(number, chosen)).tolist():
-                    if self._waits(i, side):
+                    if self._all_waiting[i, side]:
                         self._end(i, side, number, chosen)
-                    if self._waits(i, side):
+                    if self._all_waiting[i, side]:
                         self.reason[i, side] = _BREAKS_OFF
-                    self.progress.stage(CURVES, 1.0 - float(np.sum(weight[self._all_waiting])) / whole)
+                    self.progress.stage(_CURVES, 1.0 - float(np.sum(weight[self._all_waiting])) / whole)
 
     @property
     def _all_waiting(self) -> Booleans:
         """Pairs and sides (p, 2) at which a motion ends, with neither a curve nor a reason for its absence yet."""
         return np.asarray(self.ends & (self.reason == 0) & (self.curve < 0)[:, None])
-
-    def _waits(self, i: int, side: int) -> bool:
-        return bool(self.curve[i] < 0 and self.ends[i, side] and self.reason[i, side] == 0)
 
     def _waiting(self, number: int, chosen: Booleans) -> Booleans:
         """Return those of `_all_waiting` whose motion has the name with this number."""
@@ -278,26 +292,22 @@ class _Explanation:
         self.curves.append(curve)
         if not members:
             return
-        first = np.array([self.pairs[i][0] for i in members], dtype=np.float64)
-        second = np.array([self.pairs[i][1] for i in members], dtype=np.float64)
+        middles = np.mean([self.pairs[i] for i in members], axis=1)
         across, up = self.grid.plane.horizontal.values, self.grid.plane.vertical.values
-        line = BorderLine(positions(up, curve.vertical), positions(across, curve.horizontal))
-        distance = nearest(line, curve.admissible, 0.5 * (first + second))
+        line = np.stack([positions(up, curve.vertical), positions(across, curve.horizontal)], axis=1)
+        distance = nearest(line, curve.admissible, middles)
         for i, apart in zip(members, distance.tolist(), strict=True):
             if apart <= tolerances.BORDER_REACH:
                 self.curve[i], self.distance[i] = len(self.curves) - 1, apart
 
-    def _orbits(self, each: int, reason: Integers) -> int:
-        """Return how many orbits of this cost may be followed in one direction for a border.
-
-        If there are none, `reason`, of one side of a pair, is modified in place.
-        """
+    def _orbits(self, i: int, side: int, each: int) -> int:
+        """Return how many orbits of this cost may be followed in one direction; with 0 the reason is entered."""
         if self.spent >= tolerances.BORDERS_WORK:
-            reason[...] = _ALL_SPENT
+            self.reason[i, side] = _ALL_SPENT
             return 0
-        most = min(_CURVE_POINTS, tolerances.BORDER_WORK // each)
+        most = min(tolerances.BORDER_ORBITS, tolerances.BORDER_WORK // each)
         if most < tolerances.BORDER_FEWEST:
-            reason[...] = _TOO_LONG
+            self.reason[i, side] = _TOO_LONG
             return 0
         return most
 
@@ -307,7 +317,7 @@ class _Explanation:
         region = self.regions.at(point)
         if region is None:  # the steady motion
             return None
-        most = self._orbits(_an_orbit(len(region.stops)), self.reason[i, side : side + 1])
+        most = self._orbits(i, side, _an_orbit(len(region.stops)))
         if not most:
             self.known[i, side] = False
             return None
@@ -343,7 +353,7 @@ class _Explanation:
         here, there = values.value(vary), self.grid.parameters_at(other).value(vary)
         rises = there > here
         # a step that starts next to a saddle-node may pass over it and return to its start
-        for step in (self._longest_step(), _SHORTER * self._longest_step()):
+        for step in (self._longest_step(), tolerances.BORDER_SHORTER_STEP * self._longest_step()):
             branch = orbit_branch(
                 oscillator, orbit, min(here, there), max(here, there), vary, step, most, to_special=True
             )
@@ -361,9 +371,8 @@ class _Explanation:
         point = self._follow_across(i, side)
         if point is None:
             return
-        reason = self.reason[i, side : side + 1]
-        each = _TIMES[point.type] * _an_orbit(len(point.impacts.stops))
-        most = self._orbits(each, reason)
+        each = tolerances.BORDER_CURVE_WORK[point.type] * _an_orbit(len(point.impacts.stops))
+        most = self._orbits(i, side, each)
         if not most:
             return
         window = [self._side(axis, number, chosen) for axis in (1, 0)]
@@ -371,14 +380,14 @@ class _Explanation:
             step, plane = self._longest_step(), self.grid.plane
             curve = bifurcation_curve(plane.oscillator, point, window[0], window[1], step, most, plane.names)
         except (SteadyMotionError, ConditioningError):
-            reason[...] = _ILL_CONDITIONED
+            self.reason[i, side] = _ILL_CONDITIONED
             return
         self.spent += len(curve.horizontal) * each
         name = self.grid.names[number]
         places = (curve.plane, curve.horizontal, curve.vertical, curve.admissible)
         self._take(BorderCurve(curve.type, name, *places, curve), number)
         if self.curve[i] < 0:
-            reason[...] = _LEAVES
+            self.reason[i, side] = _LEAVES
 
     def _side(self, axis: int, number: int, chosen: Booleans) -> tuple[float, float]:
         """Return the range of a parameter that contains all unexplained borders at which a motion ends."""
@@ -398,7 +407,7 @@ class _Explanation:
     def _longest_step(self) -> float:
         """Return the longest step along a branch or a curve, relative as their units are."""
         steps = [float(np.max(np.diff(axis.values) / _unit(axis))) for axis in self.grid.plane.axes]
-        return min(_BRANCH_STEP, tolerances.BORDER_STEP * max(steps))
+        return min(tolerances.BORDER_BRANCH_STEP, tolerances.BORDER_STEP * max(steps))
 
     def result(self, kind: NDArray[np.int8]) -> MapBorders:
         """Return the borders; a pair without a curve, whose motions are not known at both points, is unexplained."""
@@ -408,21 +417,21 @@ class _Explanation:
         explanation[~self.regular & np.any(stays, axis=1)] = _GOES_ON
         explanation[self.curve >= 0] = _CURVE
         reason = np.where(explanation == _UNEXPLAINED, np.max(self.reason, axis=1), 0)
-        first = np.array([pair[0] for pair in self.pairs], dtype=np.int64).reshape(-1, 2)
-        second = np.array([pair[1] for pair in self.pairs], dtype=np.int64).reshape(-1, 2)
+        points = np.array(self.pairs, dtype=np.int64).reshape(-1, 2, 2)
         irregular = self.grid.name_index < 0
         apart = 0
         for states, kinds in ((irregular, kind), (irregular.T, kind.T)):
             apart += int(np.count_nonzero(states[1:] & states[:-1] & (kinds[1:] != kinds[:-1])))
+        borders = ~self.same
         return MapBorders(
-            row=first[:, 0],
-            column=first[:, 1],
-            along=second[:, 1] - first[:, 1],
-            regular=self.regular,
-            explanation=explanation,
-            reason=reason,
-            curve=self.curve,
-            distance=self.distance,
+            row=points[borders, 0, 0],
+            column=points[borders, 0, 1],
+            along=(points[:, 1, 1] - points[:, 0, 1])[borders],
+            regular=self.regular[borders],
+            explanation=explanation[borders],
+            reason=reason[borders],
+            curve=self.curve[borders],
+            distance=self.distance[borders],
             curves=tuple(self.curves),
             without_orbit=self.regions.without_orbit,
             irregular_pairs=apart,
@@ -441,7 +450,7 @@ def _an_orbit(impacts: int) -> int:
     return max(impacts, tolerances.BORDER_LEAST_IMPACTS) ** 2
 
 
-def _is_one(other: Region | None, place: Point, region: Region, velocities: Floats) -> bool:
+def _are_same(other: Region | None, place: GridPoint, region: Region, velocities: Floats) -> bool:
     """Return whether the orbit at a point of another region has these impacts, or their mirror images."""
     if other is None or other.name != region.name:
         return False

@@ -1,14 +1,14 @@
-"""What is needed of a map to explain its borders: the grid, and the name of the motion at every point."""
+"""The grid of a map: the name of the motion at every point, and distances from curves in steps of the map."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap_core.arrays import Floats, Integers
+from grazemap_core.arrays import Booleans, Floats, Integers
 from grazemap_core.codes import INFINITE, RESOLVED
 from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.errors import ParameterError
@@ -18,10 +18,11 @@ from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.motion import KINDS
 
-Point = tuple[int, int]
+GridPoint = tuple[int, int]
 """Row and column of a point of a map."""
 
-NO_NAME = -1
+NO_NAME: Final = -1
+"""Index of the name where the motion is not periodic."""
 
 
 class MotionName(NamedTuple):
@@ -91,21 +92,16 @@ class MotionGrid(NamedTuple):
         settled_after = arrays["settled_after"].astype(np.int64)
         return cls(plane, names, name_index, slowest_impact, settled_after)
 
-    def name_at(self, point: Point) -> MotionName | None:
+    def name_at(self, point: GridPoint) -> MotionName | None:
         """Return the name of a point's motion; None where it is not periodic."""
         index = int(self.name_index[point])
         return None if index == NO_NAME else self.names[index]
 
-    def parameters_at(self, point: Point) -> ParameterPoint:
+    def parameters_at(self, point: GridPoint) -> ParameterPoint:
         """Return the values of all parameters at a point."""
         return self.plane.values_at(*point)
 
-    @property
-    def mirrored(self) -> bool:
-        """Whether the stops are symmetric at all points, so that mirror images have the same name."""
-        return self.plane.mirrors
-
-    def oscillator_at(self, point: Point) -> Oscillator:
+    def oscillator_at(self, point: GridPoint) -> Oscillator:
         """Return the oscillator with its values at a point."""
         return self.parameters_at(point).applied(self.plane.oscillator)
 
@@ -114,9 +110,33 @@ class MotionGrid(NamedTuple):
         if codes[lane_state.REASON] != RESOLVED:
             return None
         impacts = [int(codes[lane_state.IMPACTS_RIGHT]), int(codes[lane_state.IMPACTS_LEFT])]
-        impacts = sorted(impacts, reverse=True) if self.mirrored else impacts
-        symmetric, sticking = self.mirrored and bool(codes[lane_state.SYMMETRIC]), bool(codes[lane_state.STICKING])
+        impacts = sorted(impacts, reverse=True) if self.plane.mirrors else impacts
+        symmetric, sticking = self.plane.mirrors and bool(codes[lane_state.SYMMETRIC]), bool(codes[lane_state.STICKING])
         return MotionName(int(codes[lane_state.PERIOD]), impacts[0], impacts[1], symmetric, sticking)
+
+
+def positions(values: Floats, points: Floats) -> Floats:
+    """Return the positions of points in a grid of increasing values, in steps; extrapolated beyond its ends."""
+    inside = np.interp(points, values, np.arange(len(values), dtype=np.float64))
+    before = (points - values[0]) / (values[1] - values[0])
+    after = len(values) - 1 + (points - values[-1]) / (values[-1] - values[-2])
+    return np.select([points < values[0], points > values[-1]], [before, after], inside)
+
+
+def nearest(line: Floats, drawn: Booleans, places: Floats) -> Floats:
+    """Return the distances (p,) of points (p, 2) from a polyline (m, 2).
+
+    Segments of which neither end is drawn (m,) do not count. Infinite if no segment counts.
+    """
+    if len(line) == 1:
+        line, drawn = np.repeat(line, 2, axis=0), np.repeat(drawn, 2)
+    best = np.full(len(places), np.inf)
+    for k in np.flatnonzero(drawn[:-1] | drawn[1:]):
+        start, side = line[k], line[k + 1] - line[k]
+        length = float(side @ side)
+        share = np.clip((places - start) @ side / length, 0.0, 1.0) if length > 0.0 else np.zeros(len(places))
+        best = np.minimum(best, np.linalg.norm(places - start - share[:, None] * side, axis=1))
+    return best
 
 
 def _names(arrays: Mapping[str, NDArray[Any]], mirrored: bool) -> tuple[tuple[MotionName, ...], Integers]:

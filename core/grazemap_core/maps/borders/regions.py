@@ -8,36 +8,176 @@ simulation, and its equations are solved here.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import deque
-from collections.abc import Iterator
-from functools import cached_property
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import field
+from functools import cache, cached_property
+from typing import Final
 
 import numpy as np
 
-from grazemap_core.arrays import Booleans, Floats
-from grazemap_core.continuation.parameters import ParameterPoint
+from grazemap_core.arrays import Booleans, Floats, Integers
+from grazemap_core.contact.kernels.stops import Stops
+from grazemap_core.contact.stops import has_odd_harmonics_only
+from grazemap_core.continuation.parameters import PARAMETERS
 from grazemap_core.errors import ParameterError
-from grazemap_core.maps.borders.motion_grid import MotionGrid, MotionName, Point
-from grazemap_core.maps.borders.progress import REGIONS, BorderProgress
-from grazemap_core.maps.borders.region import PointEquations, Region
+from grazemap_core.maps.borders.motion_grid import GridPoint, MotionGrid, MotionName
 from grazemap_core.maps.kernels.lane_state import SETTLED_AFTER
-from grazemap_core.maps.map_settings import random_starts
-from grazemap_core.maps.runner import Runner, Runners, RunSettings
-from grazemap_core.maps.starts import BetweenStops
-from grazemap_core.maps.tolerances import BORDER_SEARCH_PERIODS, SAME_SPEED
+from grazemap_core.maps.map_settings import BetweenStops, RunSettings, random_starts
+from grazemap_core.maps.runner import Runners
+from grazemap_core.maps.tolerances import (
+    BORDER_CANDIDATES,
+    BORDER_RUNS,
+    BORDER_SEARCH_PERIODS,
+    BORDER_STATES,
+    SAME_SPEED,
+)
+from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.batches import solve_sequences
+from grazemap_core.orbits.family import OrbitFamily, forced, steady_size
 from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
+from grazemap_core.orbits.kernels.admissibility import NO_FURTHER_CONTACT
+from grazemap_core.orbits.kernels.equations import OrbitProblem
+from grazemap_core.orbits.kernels.newton import CONVERGED
+from grazemap_core.orbits.tolerances import ORBIT_FLOOR
+from grazemap_core.records import NamedTuple, dataclass
 from grazemap_core.simulation.start import ForcedOscillator, forced_oscillator
 from grazemap_core.simulation.trajectories import Trajectory, trajectory
 
-NO_REGION = -1
-_RUNS = 3
-"""Number of trajectories from one initial state, each twice as long as the one before, that are tried for an orbit."""
-_RANDOM_STATES = 256
-"""Number of initial states that are tried at a point, to find one that leads to the map's motion."""
-_MOST_STATES = 4
-"""Number of those states that are used: those whose trajectories settle first."""
+NO_REGION: Final = -1
+"""Number of the region of a point without one."""
+
+Structure = tuple[tuple[str, float], ...]
+_OF_GAPS: Final = ("clearance", "clearance_right", "clearance_left", "bias")
+
+
+class PointEquations:
+    """The equations at all points of a grid, set up once for each period, frequency, structure and size of the forces.
+
+    Symmetric motions have other equations than the rest.
+    """
+
+    def __init__(self, grid: MotionGrid) -> None:
+        """Take the grid; the equations are set up on first use."""
+        self._grid = grid
+        self._odd = has_odd_harmonics_only(grid.plane.oscillator)
+        self._equilibrium = cache(lambda structure: contact_equilibrium(self._oscillator(structure)))
+        self._family = cache(self._new_family)
+        self._problem = cache(self._new_problem)
+
+    def stops(self, point: GridPoint) -> Stops:
+        """Return the stops at a point."""
+        values = self._grid.parameters_at(point)
+        return values.stops(self._equilibrium(values.structure), self._odd)
+
+    def problem(self, period: int, symmetric: bool, point: GridPoint) -> OrbitProblem:
+        """Return the problem of a point. Errors are those of `OrbitFamily.of`."""
+        values = self._grid.parameters_at(point)
+        return self._problem(period, symmetric, values.structure, values.omega, values.forcing)
+
+    def _oscillator(self, structure: Structure) -> Oscillator:
+        """Return the oscillator with a structure, and the factors 1."""
+        return self._grid.plane.oscillator.with_structure(dict(structure))
+
+    @cached_property
+    def _unit(self) -> float:
+        """The largest unit of the stops at a corner of the map."""
+        rows, columns = ((0, size - 1) for size in self._grid.plane.shape)
+        return max(self.stops(corner).unit for corner in itertools.product(rows, columns))
+
+    def _new_family(self, period: int, symmetric: bool, structure: Structure) -> OrbitFamily:
+        return OrbitFamily.of(self._oscillator(structure), period, symmetric)
+
+    def _new_problem(
+        self, period: int, symmetric: bool, structure: Structure, omega: float, forcing: float
+    ) -> OrbitProblem:
+        family = self._family(period, symmetric, structure)
+        steady = family.steady(omega)
+        length = max(forcing * steady_size(steady), self._unit)
+        return forced(family.problem(omega, length, steady), forcing)
+
+
+class SolvedOrbits(NamedTuple):
+    """Orbits at several points of a column."""
+
+    phases: Floats
+    """(p, k) Phases of the impacts."""
+    velocities: Floats
+    """(p, k) Velocities before the impacts."""
+    fine: Booleans
+    """(p,) Whether the orbit is accepted."""
+
+
+@dataclass(eq=False)
+class Region:
+    """A connected set of points with one family of orbits."""
+
+    name: MotionName
+    """The name of its motion."""
+    period: int
+    """Forcing periods after which the orbits repeat."""
+    stops: Integers
+    """(k,) Stops of the impacts; for symmetric motions, those of half the period."""
+    symmetric: bool
+    """Whether the impacts are those of half the period."""
+    grid: MotionGrid
+    """The map."""
+    equations: PointEquations
+    """The equations of the orbits at the points of the map."""
+    orbits: dict[GridPoint, tuple[Floats, Floats]] = field(default_factory=dict)
+    """Phases and velocities of the impacts, (k,) each, by point."""
+
+    def sequence(self, point: GridPoint) -> ImpactSequence:
+        """Return the impacts at a point."""
+        return self._sequence(*self.orbits[point])
+
+    def slowest_is(self, point: GridPoint, velocities: Floats) -> bool:
+        """Return whether the slowest of the impacts with these velocities is that of the map at a point."""
+        stops, problem = self.equations.stops(point), self.equations.problem(self.period, self.symmetric, point)
+        speed_unit = problem.omega * min(0.5 * (stops.right + stops.left), problem.length)
+        apart = abs(float(np.min(np.abs(velocities))) - float(self.grid.slowest_impact[point]))
+        return apart <= SAME_SPEED * speed_unit
+
+    def solve(self, points: Sequence[GridPoint], guesses: Sequence[tuple[Floats, Floats]]) -> SolvedOrbits:
+        """Solve for the orbits at points, each from its own guess.
+
+        An orbit is accepted (`fine`) if it is stable, admissible, not of a shorter period, and, where mirror images
+        have one name, not symmetric unless the region's orbits are.
+        """
+        plane = self.grid.plane
+        rows, columns = np.array(points).T
+        size = len(points), len(self.stops)
+        phases, velocities, fine = np.empty(size), np.empty(size), np.zeros(len(points), dtype=np.bool_)
+        # orbits that differ in the gaps of the stops only are solved for at once
+        shared = tuple(name for name in plane.names if name in PARAMETERS and name not in _OF_GAPS)
+        for group in plane.groups(rows, columns, shared):
+            members = group.tolist()
+            orbits = self._solve([points[k] for k in members], [guesses[k] for k in members])
+            phases[group], velocities[group], fine[group] = orbits
+        return SolvedOrbits(phases, velocities, fine)
+
+    def _solve(self, points: Sequence[GridPoint], guesses: Sequence[tuple[Floats, Floats]]) -> SolvedOrbits:
+        """As `solve`, for points that differ in the gaps of the stops only."""
+        problem = self.equations.problem(self.period, self.symmetric, points[0])
+        phases = np.array([phases for phases, _ in guesses])
+        velocities = np.array([velocities for _, velocities in guesses])
+        first = self._sequence(phases[0], velocities[0])
+        stops = [self.equations.stops(point) for point in points]
+        solved_phases, speeds, results = solve_sequences(problem, first, stops, phases, velocities, floor=-ORBIT_FLOOR)
+        solved_velocities = speeds * (problem.omega * problem.length)
+        fine = (results.status == CONVERGED) & (results.contact_status == NO_FURTHER_CONTACT)
+        fine &= np.all(np.hypot(results.real, results.imaginary) < 1.0, axis=1)
+        for i in np.flatnonzero(fine):
+            sequence = self._sequence(solved_phases[i], solved_velocities[i])
+            apart = self.symmetric or not (self.grid.plane.mirrors and sequence.mirrors())
+            fine[i] = sequence.repeats_after() == self.period and apart
+        return SolvedOrbits(solved_phases, solved_velocities, fine)
+
+    def _sequence(self, phases: Floats, velocities: Floats) -> ImpactSequence:
+        return ImpactSequence(self.period, self.stops, phases, velocities, self.symmetric)
 
 
 class Regions:
@@ -47,40 +187,45 @@ class Regions:
     ----------
     grid : MotionGrid
     number : int (n, m)
-        Index in `found` of a point's region; NO_REGION where the motion is not periodic, has no impacts or rests on a
+        Index in `items` of a point's region; NO_REGION where the motion is not periodic, has no impacts or rests on a
         stop, and where no orbit was found.
-    found : list of Region
+    items : list of Region
     """
 
-    def __init__(self, grid: MotionGrid, progress: BorderProgress | None = None) -> None:
-        """Find all regions, and report progress.
+    def __init__(self, grid: MotionGrid, report: Callable[[float], object] = lambda share: None) -> None:
+        """Take the grid, whose regions `find` finds; `report` is called with the share of the points that are done."""
+        self.grid = grid
+        self.number = np.full(grid.name_index.shape, NO_REGION, dtype=np.int64)
+        self.items: list[Region] = []
+        self._equations = PointEquations(grid)
+        self._searched = 0
+        self._report, self._done = report, 0
+        self._solvable = np.array([name.solvable for name in grid.names] + [False])  # the last one: NO_NAME
+        self._points = max(1, int(np.count_nonzero(self._solvable[grid.name_index])))
+
+    def find(self) -> None:
+        """Find all regions.
 
         Raises
         ------
         ParameterError, SteadyMotionError, ConditioningError
             As for `OrbitFamily.of`.
         """
-        self.grid = grid
-        self.number = np.full(grid.name_index.shape, NO_REGION, dtype=np.int64)
-        self.found: list[Region] = []
-        self._equations = PointEquations(grid)
-        self._progress = progress or BorderProgress(None)
-        self._searched = 0
-        solvable = np.array([name.solvable for name in grid.names] + [False])  # the last one: NO_NAME
-        self._looked_at, self._all = 0, max(1, int(np.count_nonzero(solvable[grid.name_index])))
-        for place in np.flatnonzero(solvable[:-1]).tolist():
-            name, there = grid.names[place], grid.name_index == place
-            for row, column in np.argwhere(there).tolist():
-                if self.number[row, column] == NO_REGION:
-                    self._evaluate_at(1)
-                    region = self._begun((row, column), name)
-                    if region is not None:
-                        self._grow(region, (row, column), there & (self.number == NO_REGION))
+        for index in np.flatnonzero(self._solvable[:-1]).tolist():
+            left = self.grid.name_index == index
+            for row, column in np.argwhere(left).tolist():
+                if not left[row, column]:
+                    continue
+                self._report_done(1)
+                region = self._begun((row, column), self.grid.names[index])
+                if region is not None:
+                    self.items.append(region)
+                    self._grow(region, (row, column), left)
 
-    def at(self, point: Point) -> Region | None:
+    def at(self, point: GridPoint) -> Region | None:
         """Return the region of a point."""
         number = int(self.number[point])
-        return None if number == NO_REGION else self.found[number]
+        return None if number == NO_REGION else self.items[number]
 
     @property
     def without_orbit(self) -> Booleans:
@@ -88,47 +233,49 @@ class Regions:
         free = np.array([name.without_impacts for name in self.grid.names] + [True])  # the last one: NO_NAME
         return np.asarray((self.number == NO_REGION) & ~free[self.grid.name_index])
 
-    def _evaluate_at(self, points: int) -> None:
-        self._looked_at += points
-        self._progress.stage(REGIONS, self._looked_at / self._all)
+    def _report_done(self, points: int) -> None:
+        self._done += points
+        self._report(self._done / self._points)
 
-    def _begun(self, point: Point, name: MotionName) -> Region | None:
+    def _begun(self, point: GridPoint, name: MotionName) -> Region | None:
         """Return a region with its first orbit."""
         for guess in self._guesses(point, name):
             region = Region(name, guess.period, guess.stops, guess.symmetric, self.grid, self._equations)
-            got = region.solve([point], [(guess.phases, guess.velocities)])
-            if got.fine[0] and self._is_that_of_map(region, point, got.velocities[0]):
-                region.orbits[point] = got.phases[0], got.velocities[0]
+            solved = region.solve([point], [(guess.phases, guess.velocities)])
+            if solved.fine[0] and region.slowest_is(point, solved.velocities[0]):
+                region.orbits[point] = solved.phases[0], solved.velocities[0]
                 return region
         return None
 
-    def _guesses(self, point: Point, name: MotionName) -> Iterator[ImpactSequence]:
+    def _guesses(self, point: GridPoint, name: MotionName) -> Iterator[ImpactSequence]:
         """Yield guesses of a motion's impacts: from rest, from the nearest point of its name, from random states.
 
         After a chaotic transient, a trajectory with other roundings than the map's may lead to another motion.
         """
         yield from self._settled(point, name, None, self.grid.settled_after[point])
-        for region in self.found:
+        for region in self.items:
             if region.name == name:
                 yield region.sequence(min(region.orbits, key=lambda other: math.dist(other, point)))
         if self._searched >= BORDER_SEARCH_PERIODS:
             return
-        self._searched += _RANDOM_STATES * self._longest
+        self._searched += BORDER_STATES * self._longest
         values = self.grid.parameters_at(point)
         forced = forced_oscillator(self.grid.oscillator_at(point), values.omega, values.clearance)
         states = self._starts * np.array([1.0, values.omega])[:, None]
-        runner = self._runner(values, forced.oscillator)
-        middle = _middle(forced)
+        key = values._replace(omega=0.0, clearance_right=0.0, clearance_left=0.0)
+        runner, middle = self._runners.keyed(key, lambda: forced.oscillator), _middle(forced)
         codes, _ = runner.run(forced.structure, np.array([forced.clearances]), BetweenStops(middle, states))
         there = [k for k, code in enumerate(codes[0]) if self.grid.name_from_codes(code) == name]
-        for k in sorted(there, key=lambda k: int(codes[0, k, SETTLED_AFTER]))[:_MOST_STATES]:
+        for k in sorted(there, key=lambda k: int(codes[0, k, SETTLED_AFTER]))[:BORDER_CANDIDATES]:
             state = middle + forced.stops.unit * states[k]
             yield from self._settled(point, name, state, codes[0, k, SETTLED_AFTER])
 
-    def _settled(self, point: Point, name: MotionName, state: Floats | None, after: int) -> Iterator[ImpactSequence]:
+    def _settled(
+        self, point: GridPoint, name: MotionName, state: Floats | None, after: int
+    ) -> Iterator[ImpactSequence]:
         """Yield impacts of the trajectory from a state (2, N), or from rest, each time after a longer transient."""
         values = self.grid.parameters_at(point)
-        for time in range(_RUNS):
+        for time in range(BORDER_RUNS):
             run = trajectory(
                 self.grid.oscillator_at(point),
                 values.omega,
@@ -139,12 +286,7 @@ class Regions:
                 periods=name.period,
                 samples_per_period=1,
             )
-            yield from _named(_last_period(run, name.period), name, self.grid.mirrored)
-
-    def _runner(self, values: ParameterPoint, oscillator: Oscillator) -> Runner:
-        """Return the runner of an oscillator with these values."""
-        key = values._replace(omega=0.0, clearance_right=0.0, clearance_left=0.0)
-        return self._runners.keyed(key, lambda: oscillator)
+            yield from _named(_last_period(run, name.period), name, self.grid.plane.mirrors)
 
     @cached_property
     def _runners(self) -> Runners:
@@ -158,35 +300,30 @@ class Regions:
     @cached_property
     def _starts(self) -> Floats:
         """Displacements from `_middle` in units of the stops, velocities in these times omega, (s, 2, N)."""
-        return random_starts(self.grid.plane.oscillator, _RANDOM_STATES, 0)
+        return random_starts(self.grid.plane.oscillator, BORDER_STATES, 0)
 
-    def _is_that_of_map(self, region: Region, point: Point, velocities: Floats) -> bool:
-        apart = abs(float(np.min(np.abs(velocities))) - float(self.grid.slowest_impact[point]))
-        return apart <= SAME_SPEED * region.speed_unit(point)
-
-    def _grow(self, region: Region, first: Point, left: Booleans) -> None:
+    def _grow(self, region: Region, first: GridPoint, left: Booleans) -> None:
         """Solve for the orbits of all points that can be reached from the first one, and remove them from `left`."""
-        number = len(self.found)
-        self.found.append(region)
+        number = len(self.items) - 1
         self.number[first] = number
         left[first] = False
         due = deque([first[1]])
         while due:
             column = due.popleft()
-            self._grow_within(region, number, column, left)
+            self._grow_within(region, column, left)
             for beside in (column - 1, column + 1):
                 if not 0 <= beside < left.shape[1]:
                     continue
                 rows = np.flatnonzero((self.number[:, column] == number) & left[:, beside])
-                if self._take(region, number, beside, [(row, (row, column)) for row in rows.tolist()], left):
+                if self._take(region, beside, [(row, (row, column)) for row in rows.tolist()], left):
                     due.append(beside)
 
-    def _grow_within(self, region: Region, number: int, column: int, left: Booleans) -> None:
+    def _grow_within(self, region: Region, column: int, left: Booleans) -> None:
         """Solve for orbits up and down a column, until a point does not belong to the region."""
-        tried: set[tuple[int, Point]] = set()
+        tried: set[tuple[int, GridPoint]] = set()
         while True:
-            steps: dict[int, tuple[int, Point]] = {}
-            for row in np.flatnonzero(self.number[:, column] == number).tolist():
+            steps: dict[int, tuple[int, GridPoint]] = {}
+            for row in np.flatnonzero(self.number[:, column] == len(self.items) - 1).tolist():
                 for to in (row - 1, row + 1):
                     step = (to, (row, column))
                     if 0 <= to < len(left) and left[to, column] and step not in tried:
@@ -194,24 +331,24 @@ class Regions:
             if not steps:
                 return
             tried.update(steps.values())
-            self._take(region, number, column, list(steps.values()), left)
+            self._take(region, column, list(steps.values()), left)
 
-    def _take(self, region: Region, number: int, column: int, steps: list[tuple[int, Point]], left: Booleans) -> bool:
-        """Solve for orbits at rows of a column, each from the orbit at a point; return whether any is the map's."""
+    def _take(self, region: Region, column: int, steps: list[tuple[int, GridPoint]], left: Booleans) -> bool:
+        """Solve for orbits of the last region at rows of a column, each from the orbit at a point.
+
+        Returns whether any is the map's.
+        """
         if not steps:
             return False
         points = [(row, column) for row, _ in steps]
-        got = region.solve(points, [region.orbits[source] for _, source in steps])
-        some = False
-        for i in np.flatnonzero(got.fine):
-            point = points[i]
-            if self._is_that_of_map(region, point, got.velocities[i]):
-                region.orbits[point] = got.phases[i], got.velocities[i]
-                self.number[point] = number
-                left[point] = False
-                some = True
-        self._evaluate_at(int(np.count_nonzero(got.fine)))
-        return some
+        solved = region.solve(points, [region.orbits[source] for _, source in steps])
+        taken = [i for i in np.flatnonzero(solved.fine) if region.slowest_is(points[i], solved.velocities[i])]
+        for i in taken:
+            region.orbits[points[i]] = solved.phases[i], solved.velocities[i]
+            self.number[points[i]] = len(self.items) - 1
+            left[points[i]] = False
+        self._report_done(int(np.count_nonzero(solved.fine)))
+        return bool(taken)
 
 
 def _middle(forced: ForcedOscillator) -> Floats:
