@@ -4,14 +4,14 @@ Packages, each of which imports only those to its left:
 
     numerics < model < contact < simulation < grazing < orbits < continuation < maps < proofs
 
-`errors`, `codes`, `checks`, `arrays` and `tolerances` are shared by all of them. The compiled functions of a package
-are in its `kernels`: they take arrays and numbers, return values and a status, and never raise.
+`errors`, `codes`, `checks`, `arrays`, `records` and `tolerances` are shared by all of them. The compiled functions of
+a package are in its `kernels`: they take arrays and numbers, return values and a status, and never raise.
 """
 
 from grazemap_core.compiled_ahead import choose_processor
 
 choose_processor()
 
-from grazemap_core.kernel_folder import choose_folder  # noqa: E402  # it imports numba
+from grazemap_core.kernel_folder import choose_cache  # noqa: E402  # it imports numba
 
-choose_folder()
+choose_cache()

@@ -25,10 +25,10 @@ def checked_omega(omega: ArrayLike) -> Floats:
     return values
 
 
-def check_range(name: str, values: Floats) -> None:
-    """Raise ParameterError when a number is outside the range [SMALLEST_NUMBER, LARGEST_NUMBER]."""
-    if not np.all((values >= SMALLEST_NUMBER) & (values <= LARGEST_NUMBER)):
-        raise ParameterError(name, f"every number must lie between {SMALLEST_NUMBER:g} and {LARGEST_NUMBER:g}")
+def check_range(name: str, values: Floats, low: float = SMALLEST_NUMBER, high: float = LARGEST_NUMBER) -> None:
+    """Raise ParameterError when a number is outside the range [low, high]."""
+    if not np.all((values >= low) & (values <= high)):
+        raise ParameterError(name, f"every number must lie between {low:g} and {high:g}")
 
 
 def check_point(omega: float, clearance: float) -> None:

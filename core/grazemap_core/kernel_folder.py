@@ -33,7 +33,7 @@ from grazemap_core.compiled_ahead import made_from, package_folder
 _CORE = Path(__file__).parent
 _SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "USING_SVML")
 _DIGEST = hashlib.sha256
-_DIGEST_BYTES = 32
+_DIGEST_BYTES = _DIGEST().digest_size
 _COMPONENT = ".kernels"
 
 _used: set[str] = set()
@@ -48,19 +48,18 @@ def folder_name() -> str:
         "target": cpu_target.target_context.codegen().magic_tuple(),
         "settings": [str(getattr(config, name)) for name in _SETTINGS],
     }
-    return f"kernels-{hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:16]}"
+    return f"kernels-{_DIGEST(json.dumps(parts).encode()).hexdigest()[:16]}"
 
 
 @cache
 def folder() -> Path:
-    """Return the folder for this process's kernels, also after numba has read its settings again."""
+    """Return the folder for this process's kernels, the same as long as the process lives."""
     below = config.CACHE_DIR or _CORE / "__pycache__"  # type: ignore[attr-defined]  # set when numba is imported
     return Path(below) / folder_name()
 
 
-def choose_folder() -> None:
-    """Set the cache of all functions of the core that are decorated afterwards."""
-    config.CACHE_DIR = str(folder())  # type: ignore[attr-defined]  # as above
+def choose_cache() -> None:
+    """Set the cache of all functions of the core that are decorated afterwards; those of others keep numba's."""
     dispatcher.FunctionCache = _cache_of  # type: ignore[attr-defined]  # numba asks it for every cached function
 
 

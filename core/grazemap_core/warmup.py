@@ -42,18 +42,6 @@ def _trajectories(oscillator: Oscillator) -> None:
     trajectory(oscillator, 0.29, 1.6, periods=2, samples_per_period=4).at(OMEGA)
 
 
-def _classification(oscillator: Oscillator) -> None:
-    _runner(oscillator).compile_classification()
-
-
-def _lockstep(oscillator: Oscillator) -> None:
-    _runner(oscillator).compile_lockstep()
-
-
-def _apart(oscillator: Oscillator) -> None:
-    _runner(oscillator).compile_lockstep(separate=True)
-
-
 def _runner(oscillator: Oscillator) -> Runner:
     from grazemap_core.maps.map_settings import RunSettings
     from grazemap_core.maps.runner import Runner
@@ -117,9 +105,9 @@ def _map_observables(oscillator: Oscillator) -> None:
 _COMPONENTS: dict[str, Callable[[Oscillator], None]] = {
     "curves": _curves,
     "trajectories": _trajectories,
-    "classification": _classification,
-    "lockstep": _lockstep,
-    "apart": _apart,
+    "classification": lambda oscillator: _runner(oscillator).compile_classification(),
+    "lockstep": lambda oscillator: _runner(oscillator).compile_lockstep(),
+    "apart": lambda oscillator: _runner(oscillator).compile_lockstep(separate=True),
     "orbits": _orbits,
     "observables": _observables,
     "map_observables": _map_observables,

@@ -17,8 +17,7 @@ import numpy as np
 import grazemap_core
 from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.numerics.jit import kernel_pointers
-from grazemap_core.numerics.jit.kernel_pointers import PointerKernel
+from grazemap_core.numerics.jit import compiled
 
 DEFAULT = ([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.05, [1.0, 0.0, 0.0], 0.8)
 OMEGA, CLEARANCES = 0.29, np.array([1.0, 1.5, 1.55, 1.65, 1.75, 2.05])
@@ -36,10 +35,10 @@ VECTOR = ("first_pass", "second_pass", "compiled")
 def interpret_all_but(modules: tuple[str, ...]) -> None:
     """Put the Python functions back in place of compiled kernels, wherever they were imported, but for some modules."""
     names = [info.name for info in pkgutil.walk_packages(grazemap_core.__path__, "grazemap_core.")]
-    kernel_pointers.INTERPRETED = True  # kernels that others call by their addresses
+    compiled.INTERPRETED = True  # kernels that others call by their addresses
     for module in [importlib.import_module(name) for name in (*names, "benchmarks.ensemble")]:
         for name, kernel in list(vars(module).items()):
-            function = None if isinstance(kernel, PointerKernel) else getattr(kernel, "py_func", None)
+            function = None if isinstance(kernel, compiled.PointerKernel) else getattr(kernel, "py_func", None)
             if function is not None and function.__module__.rsplit(".", 1)[-1] not in modules:
                 setattr(module, name, function)
 

@@ -51,7 +51,7 @@ def numerics() -> Numerics:
     """
     # imported before numba, whose settings it may change
     from grazemap_core.compiled_ahead import source_fingerprint
-    from grazemap_core.numerics.jit.inlining import PART_COMPILER
+    from grazemap_core.numerics.jit.compiled import PART_COMPILER
     from numba.core import config  # isort: skip
     from numba.core.registry import cpu_target  # isort: skip
 

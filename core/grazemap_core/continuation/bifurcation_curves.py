@@ -10,28 +10,34 @@ from functools import cached_property
 
 import numpy as np
 
-from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
-from grazemap_core.checks import checked_order
+from grazemap_core.arrays import Booleans, Complexes, Floats
 from grazemap_core.continuation.branch_switching import as_on_curve
-from grazemap_core.continuation.continuation_problem import ContinuationPoint, ContinuationProblem
-from grazemap_core.continuation.parameters import Parameter, ParameterCurve, check_interval, keeps_symmetry
-from grazemap_core.continuation.pseudo_arclength import follow_path
+from grazemap_core.continuation.continuation_problem import (
+    ContinuationPoint,
+    ContinuationProblem,
+    OrbitCurve,
+    curve_fields,
+    pattern_of,
+)
+from grazemap_core.continuation.parameters import Parameter, check_interval, keeps_symmetry
+from grazemap_core.continuation.pseudo_arclength import check_steps, follow_path
 from grazemap_core.continuation.special_points import SpecialPoint, SpecialType, neimark_sacker_test, on_unit_circle
 from grazemap_core.continuation.tolerances import CURVE_DIFFERENCE
 from grazemap_core.errors import ParameterError
+from grazemap_core.grazing.one_impact_family import Pattern
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
-from grazemap_core.orbits.family import OrbitFamily
-from grazemap_core.orbits.kernels.admissibility import NO_FURTHER_CONTACT
+from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.tolerances import ORBIT_RESIDUAL
 from grazemap_core.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)
-class BifurcationCurve(ParameterCurve):
+class BifurcationCurve(OrbitCurve):
     """A curve of special orbits: m of them in the order of the curve, with k impacts each.
 
-    At the special point from which it is followed, the parameter that changes more along the curve increases.
+    At the special point from which it is followed, the parameter that changes more along the curve increases. For a GR
+    one of the impacts is the graze; its velocity is 0.
     """
 
     type: SpecialType
@@ -42,28 +48,13 @@ class BifurcationCurve(ParameterCurve):
     """(m,) Values of the first of them."""
     vertical: Floats
     """(m,) Values of the second one."""
-    phases: Floats
-    """(m, k) Forcing phases of the impacts, as in `OrbitBranch`."""
-    velocities: Floats
-    """(m, k) Signed velocities before the impacts, as in `OrbitBranch`. For a GR one of the impacts is the graze; its
-    velocity is 0."""
-    stops: Integers
-    """(k,) Stops of the impacts."""
     impact: int | None
     """GR only: index of the impact that is the graze."""
-    period: int
-    """Forcing periods after which the orbits repeat."""
-    symmetric: bool
-    """Whether the impacts are those of half the period; those of the other half are their mirror images."""
     multipliers: Complexes
     """(m, 2N) For symmetric motions: over half the period, followed by the mirror image. For a GR one of them is
     infinite, or a large number."""
     admissible: Booleans
     """(m,) There is no contact with a stop other than the impacts; the graze of a GR does not count."""
-    residual: Floats
-    """(m,) Residual of the orbit, in units of length."""
-    ends: tuple[str, str]
-    """Keys of `pseudo_arclength.ENDS`: why the curve ends before its first point and after its last."""
 
 
 class BifurcationProblem(ContinuationProblem):
@@ -71,14 +62,14 @@ class BifurcationProblem(ContinuationProblem):
 
     def __init__(
         self,
-        family: OrbitFamily,
+        oscillator: Oscillator,
         point: SpecialPoint,
-        sides: Integers,
+        impacts: ImpactSequence,
         impact: int | None,
         plane: tuple[Parameter, Parameter] = ("omega", "clearance"),
     ) -> None:
-        """Take the type of the condition and, for a GR, the index of the impact whose speed is 0."""
-        super().__init__(family, sides, (plane[1], plane[0]), point.values)
+        """Take the impacts of the orbits and, for a GR, the index of the impact whose speed is 0."""
+        super().__init__(oscillator, pattern_of(impacts), impacts.stops, (plane[1], plane[0]), point.values)
         self.kind, self.impact = point.type, impact
 
     def condition(self, unknowns: Floats) -> float:
@@ -104,11 +95,6 @@ class BifurcationProblem(ContinuationProblem):
             gradient, value = gradient / length, value / length
         return np.append(residual, value), np.concatenate([derivatives, gradient[None]]), terms
 
-    def residual_at(self, unknowns: Floats) -> tuple[float, float]:
-        """As `ContinuationProblem.residual_at`, with the condition among the equations."""
-        residual, _, terms = self.equations(unknowns)
-        return float(np.abs(residual).max()), terms
-
     def _along_orbits(self, unknowns: Floats, residual: Floats, derivatives: Floats) -> tuple[float, Floats]:
         """Return the condition at the orbit nearest to a guess, and its gradient along the orbits, by differences.
 
@@ -128,10 +114,9 @@ class BifurcationProblem(ContinuationProblem):
         Over two spans these perturbations return unchanged. The equations are therefore those of the orbit over two
         spans. The second span of a symmetric motion is the mirror image of the first, and so is its perturbation.
         """
-        count, mirror = self.count, self._mirror
-        turn = self.family.turn
+        count, mirror = self.count, self.mirror
         phases, speeds = unknowns[:count], unknowns[count : 2 * count]
-        twice = np.concatenate([phases, phases + turn, speeds, mirror * speeds, unknowns[2 * count :]])
+        twice = np.concatenate([phases, phases + self.turn, speeds, mirror * speeds, unknowns[2 * count :]])
         value, whole = self._singular(self.doubling_matrix(unknowns), self._twice, twice, -mirror)
         by_phase = whole[:count] + whole[count : 2 * count]
         by_speed = whole[2 * count : 3 * count] + mirror * whole[3 * count : 4 * count]
@@ -168,20 +153,11 @@ class BifurcationProblem(ContinuationProblem):
         ahead, back = (path.of_orbit(unknowns + side * aside)[1] for side in (1.0, -1.0))
         return sign * float(sizes[-1]), sign * np.asarray(first @ (ahead - back)) / (2.0 * CURVE_DIFFERENCE)
 
-    @property
-    def _mirror(self) -> float:
-        """Factor from the signed velocities of the first span to those of the second."""
-        return -1.0 if self.family.pattern.symmetric else 1.0
-
     @cached_property
     def _twice(self) -> ContinuationProblem:
         """The problem of the same orbits over two spans; of symmetric orbits, over the whole period."""
-        pattern = self.family.pattern
-        family = OrbitFamily.of(
-            self.family.oscillator, pattern.multiple * (1 if pattern.symmetric else 2), symmetric=False
-        )
-        sides = np.concatenate([self.sides, self._mirror * self.sides]).astype(np.int64)
-        return ContinuationProblem(family, sides, self.parameters, self.fixed)
+        pattern = Pattern(self.pattern.multiple * (1 if self.pattern.symmetric else 2), symmetric=False)
+        return self.along_with(pattern, np.concatenate([self.sides, self.mirror * self.sides]))
 
 
 @in_own_period
@@ -224,18 +200,15 @@ def bifurcation_curve(
         check_interval(name, *bounds, named=name)
         if not bounds[0] <= point.values.value(name) <= bounds[1]:
             raise ParameterError(name, "must be two increasing numbers with the point between them")
-    if not 0.0 < longest_step <= 1.0:
-        raise ParameterError("longest_step", "must lie between 0 and 1")
-    checked_order("max_points", max_points, 1)
+    check_steps(longest_step, max_points)
     impacts, impact = as_on_curve(point)
     if impacts.symmetric and not all(keeps_symmetry(oscillator, name) for name in plane):
         if point.type == "SB":
             raise ParameterError("plane", "has a parameter that breaks the symmetry, so there are no SB points in it")
         impacts = impacts.whole
-    family = OrbitFamily.of(oscillator, impacts.period, impacts.symmetric)
-    path = BifurcationProblem(family, point, impacts.stops, impact, plane)
+    path = BifurcationProblem(oscillator, point, impacts, impact, plane)
     start = path.unknowns(impacts, path.fixed)
-    tangent = np.linalg.svd(path.equations(start)[1])[2][-1]
+    tangent = path.direction(start)
     of_plane = tangent[-2:]
     if of_plane[np.argmax(np.abs(of_plane))] < 0.0:
         tangent = -tangent
@@ -247,61 +220,38 @@ def bifurcation_curve(
         (last - 1, vertical[0] / path.units[plane[1]], vertical[1] / path.units[plane[1]]),
         (last, horizontal[0] / path.units[plane[0]], horizontal[1] / path.units[plane[0]]),
     ]
-    sides: list[list[ContinuationPoint]] = []
-    ends: list[str] = []
-    for side in (tangent, -tangent):
+
+    def follow(side: Floats) -> tuple[list[ContinuationPoint], str]:
         points: list[ContinuationPoint] = []
 
-        def visit(_: Floats, unknowns: Floats, __: bool, points: list[ContinuationPoint] = points) -> str | None:
+        def visit(_: Floats, unknowns: Floats, __: bool) -> str | None:
             orbit = path.evaluate(unknowns)
             if point.type == "NS" and not on_unit_circle(orbit.multipliers):
                 return "real"
             points.append(orbit)
             return None
 
-        ends.append(follow_path(path, start, side, limits, longest_step, max_points, visit))
-        sides.append(points)
-        if ends[-1] == "closed":
-            sides.append([])
-            ends.append("closed")
-            break
-    whole = [*reversed(sides[1]), first, *sides[0]]
-    return _curve(path, point.type, impact, whole, (ends[1], ends[0]), plane)
+        return points, follow_path(path, start, side, limits, longest_step, max_points, visit)
 
-
-def _curve(
-    path: BifurcationProblem,
-    kind: SpecialType,
-    impact: int | None,
-    points: list[ContinuationPoint],
-    ends: tuple[str, str],
-    plane: tuple[Parameter, Parameter],
-) -> BifurcationCurve:
-    count = path.count
-    unknowns = np.array([point.unknowns for point in points])
-    values = tuple(point.values for point in points)
-    omega, across, up = (np.array([place.value(name) for place in values]) for name in ("omega", *plane))
+    after, end = follow(tangent)
+    before, beginning = ([], end) if end == "closed" else follow(-tangent)
+    points = [*reversed(before), first, *after]
+    across, up = (np.array([orbit.values.value(name) for orbit in points]) for name in plane)
     return BifurcationCurve(
-        type=kind,
-        points=values,
+        **curve_fields(path, points),
+        type=point.type,
         plane=plane,
         horizontal=across,
         vertical=up,
-        phases=unknowns[:, :count].copy(),
-        velocities=unknowns[:, count : 2 * count] * (omega * path.length)[:, None],
-        stops=path.sides.astype(np.int64),
         impact=impact,
-        period=path.family.pattern.multiple,
-        symmetric=path.family.pattern.symmetric,
-        multipliers=np.array([point.multipliers for point in points]),
-        admissible=np.array([_admissible(path, impact, point) for point in points]),
-        residual=np.array([point.residual for point in points]),
-        ends=ends,
+        multipliers=np.array([orbit.multipliers for orbit in points]),
+        admissible=np.array([_admissible(path, orbit) for orbit in points]),
+        ends=(beginning, end),
     )
 
 
-def _admissible(path: BifurcationProblem, impact: int | None, point: ContinuationPoint) -> bool:
-    if impact is None:
-        return point.contact == NO_FURTHER_CONTACT
+def _admissible(path: BifurcationProblem, point: ContinuationPoint) -> bool:
+    if path.impact is None:
+        return point.admissible
     towards = point.unknowns[path.count : 2 * path.count] * path.sides
-    return bool(np.all(np.delete(towards, impact) > 0.0)) and point.excess <= ORBIT_RESIDUAL
+    return bool(np.all(np.delete(towards, path.impact) > 0.0)) and point.excess <= ORBIT_RESIDUAL

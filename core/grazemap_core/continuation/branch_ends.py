@@ -20,7 +20,7 @@ import numpy as np
 from grazemap_core.arrays import Floats
 from grazemap_core.continuation.continuation_problem import ContinuationProblem
 from grazemap_core.continuation.tolerances import GRAZE_MARGIN, MIN_TANGENT_COSINE
-from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.grazing.one_impact_family import Pattern
 from grazemap_core.records import dataclass
 
 
@@ -36,7 +36,7 @@ class Halves:
     @classmethod
     def of(cls, path: ContinuationProblem, unknowns: Floats) -> Halves | None:
         """Return those of the path at a point, or None where its orbits have none."""
-        pattern, sides = path.family.pattern, path.sides
+        pattern, sides = path.pattern, path.sides
         count, rest = divmod(len(sides), 2)
         sign = 1.0 if pattern.multiple % 2 == 0 else -1.0
         if rest or pattern.symmetric or not np.array_equal(sides[count:], sign * sides[:count]):
@@ -56,22 +56,20 @@ class Halves:
         """Return an orbit of the other branch, as unknowns of this one."""
         count = self.path.count // 2
         phases, speeds = unknowns[:count], unknowns[count : 2 * count]
-        later = phases + 0.5 * self.path.family.turn
+        later = phases + 0.5 * self.path.turn
         return np.concatenate([phases, later, speeds, self.sign * speeds, unknowns[2 * count :]])
 
     def other(self) -> ContinuationProblem:
         """Return the path of the other branch, in the same units."""
-        path, pattern = self.path, self.path.family.pattern
-        period = pattern.multiple // 2 if self.sign > 0.0 else pattern.multiple
-        family = OrbitFamily.of(path.family.oscillator, period, symmetric=self.sign < 0.0)
-        sides = path.sides[: path.count // 2].astype(np.int64)
-        return ContinuationProblem(family, sides, path.parameters, path.fixed)
+        path, multiple = self.path, self.path.pattern.multiple
+        pattern = Pattern(multiple // 2, symmetric=False) if self.sign > 0.0 else Pattern(multiple, symmetric=True)
+        return path.along_with(pattern, path.sides[: path.count // 2])
 
     def _each(self, unknowns: Floats) -> Floats:
         """Return the phases and speeds (2, k) of both halves, those of the second one as those of the first."""
         count = self.path.count
         phases, speeds = unknowns[:count].reshape(2, -1).copy(), unknowns[count : 2 * count].reshape(2, -1).copy()
-        phases[1] -= 0.5 * self.path.family.turn
+        phases[1] -= 0.5 * self.path.turn
         speeds[1] *= self.sign
         return np.concatenate([phases, speeds], axis=1)
 
@@ -94,7 +92,7 @@ class Meeting:
         The step exchanges the order of these impacts, and its direction is as close to the way there as that of any
         other step of a branch.
         """
-        count, turn = path.count, path.family.turn
+        count, turn = path.count, path.turn
         now, then = (np.diff(values[:count], append=values[0] + turn) for values in (here, here + step))
         meets = then <= 0.0
         first = np.flatnonzero(meets & ~np.roll(meets, 1))
@@ -102,14 +100,12 @@ class Meeting:
             return None
         impact = int(first[0])
         others = (impact + 1 + np.arange(np.sum(meets))) % count
-        mirror = -1.0 if path.family.pattern.symmetric else 1.0
-        if np.any(path.sides[others] * np.where(others < impact, mirror, 1.0) != path.sides[impact]):
+        if np.any(path.sides[others] * np.where(others < impact, path.mirror, 1.0) != path.sides[impact]):
             return None
-        guess, normal = here + now[impact] / (now[impact] - then[impact]) * step, np.zeros(len(here))
-        guess[count + impact], normal[count + impact] = 0.0, 1.0
+        guess, normal = here + now[impact] / (now[impact] - then[impact]) * step, np.eye(len(here))[count + impact]
+        guess[count + impact] = 0.0
         kept = np.delete(np.arange(len(here)), [*others, *(count + others)])
-        sides = np.delete(path.sides, others).astype(np.int64)
-        alone = ContinuationProblem(path.family, sides, path.parameters, path.fixed)
+        alone = path.along_with(path.pattern, np.delete(path.sides, others))
         solution = alone.correct(guess[kept], normal[kept])
         if solution is None:
             return None

@@ -13,19 +13,12 @@ from dataclasses import replace
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.continuation.continuation_problem import ContinuationProblem
-from grazemap_core.continuation.parameters import (
-    Parameter,
-    ParameterOrbit,
-    ParameterPoint,
-    keeps_symmetry,
-    symmetric_stops,
-)
+from grazemap_core.continuation.continuation_problem import ContinuationProblem, pattern_of
+from grazemap_core.continuation.parameters import Parameter, ParameterOrbit, ParameterPoint, symmetric_stops
 from grazemap_core.continuation.special_points import SpecialPoint
 from grazemap_core.continuation.tolerances import MERGED_ORBITS, SWITCH_STEPS
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
-from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.records import dataclass
 
@@ -75,7 +68,9 @@ def starts_beyond(
     elif point.type in ("PD", "SB"):
         parent = merged(point.impacts, point.type == "SB")
         if parent is not None:
-            starts = [_on_parent(oscillator, point, parameter, parent)]
+            path, guess = ContinuationProblem.through(oscillator, parent, parameter, point.values)
+            solution = path.correct(guess, np.eye(len(guess))[-1])
+            starts = [None if solution is None else _start(path, solution[0])]
         else:
             starts = [_born(oscillator, point, parameter)]
     else:
@@ -145,34 +140,12 @@ def _alone(impacts: ImpactSequence, impact: int) -> tuple[ImpactSequence, int]:
 
 def _turn(impacts: ImpactSequence) -> float:
     """Return the phase after which the impacts repeat, or repeat on the opposite stops."""
-    return math.pi * impacts.period * (1 if impacts.symmetric else 2) / impacts.divisor
-
-
-def _path(
-    oscillator: Oscillator, point: SpecialPoint, parameter: Parameter, impacts: ImpactSequence
-) -> tuple[ContinuationProblem, Floats]:
-    """Return a path through a sequence of impacts at a special point, and its unknowns there."""
-    if impacts.symmetric and not keeps_symmetry(oscillator, parameter):
-        impacts = impacts.whole
-    family = OrbitFamily.of(oscillator, impacts.period, impacts.symmetric)
-    path = ContinuationProblem(family, impacts.stops, (parameter,), point.values)
-    return path, path.unknowns(impacts, point.values)
+    return pattern_of(impacts).half_periods * math.pi / impacts.divisor
 
 
 def _start(path: ContinuationProblem, unknowns: Floats) -> OrbitStart:
     point = path.evaluate(unknowns)
     return OrbitStart(point.values, path.impacts(unknowns), point.admissible)
-
-
-def _on_parent(
-    oscillator: Oscillator, point: SpecialPoint, parameter: Parameter, impacts: ImpactSequence
-) -> OrbitStart | None:
-    """Return the orbit of the parent branch, for the special point of a branch that ends on it."""
-    path, guess = _path(oscillator, point, parameter, impacts)
-    normal = np.zeros(len(guess))
-    normal[-1] = 1.0
-    solution = path.correct(guess, normal)
-    return None if solution is None else _start(path, solution[0])
 
 
 def _born(oscillator: Oscillator, point: SpecialPoint, parameter: Parameter) -> OrbitStart | None:
@@ -183,8 +156,9 @@ def _born(oscillator: Oscillator, point: SpecialPoint, parameter: Parameter) -> 
     is another orbit.
     """
     impacts = point.impacts
-    parent, unknowns = _path(oscillator, point, "omega", impacts)  # its equations do not depend on what varies
-    count, turn = parent.count, parent.family.turn
+    # its equations do not depend on what varies
+    parent, unknowns = ContinuationProblem.through(oscillator, impacts, "omega", point.values)
+    count, turn = parent.count, parent.turn
     change = np.linalg.svd(parent.doubling_matrix(unknowns))[2][-1]
     shift, unit_impulse = change[:count], change[count:]
     sign = -1 if impacts.symmetric else 1
@@ -194,7 +168,7 @@ def _born(oscillator: Oscillator, point: SpecialPoint, parameter: Parameter) -> 
         np.concatenate([impacts.phases, impacts.phases + turn]),
         np.concatenate([impacts.velocities, sign * impacts.velocities]),
     )
-    path, middle = _path(oscillator, point, parameter, twice)
+    path, middle = ContinuationProblem.through(oscillator, twice, parameter, point.values)
     along = np.concatenate([shift, -shift, unit_impulse, -sign * unit_impulse, [0.0]])
     along /= np.linalg.norm(along)
     for amplitude in SWITCH_STEPS:
@@ -248,17 +222,16 @@ def _from_graze(
     oscillator: Oscillator, point: SpecialPoint, parameter: Parameter, impacts: ImpactSequence, graze: int | None
 ) -> OrbitStart | None:
     """Return an orbit with a sequence that solves the equations at a graze, from the side where it is a motion."""
-    path, guess = _path(oscillator, point, parameter, impacts)
+    path, guess = ContinuationProblem.through(oscillator, impacts, parameter, point.values)
     if graze is None:
-        normal = np.linalg.svd(path.equations(guess)[1])[2][-1]
+        normal = path.direction(guess)
     else:
         guess[path.count + graze] = 0.0
-        normal = np.zeros(len(guess))
-        normal[path.count + graze] = 1.0
+        normal = np.eye(len(guess))[path.count + graze]
     at_graze = path.correct(guess, normal)
     if at_graze is None:
         return None
-    tangent = np.linalg.svd(path.equations(at_graze[0])[1])[2][-1]
+    tangent = path.direction(at_graze[0])
     for step in SWITCH_STEPS:
         for side in (step, -step):
             solution = path.correct(at_graze[0] + side * tangent, tangent)

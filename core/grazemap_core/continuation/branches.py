@@ -15,26 +15,26 @@ from dataclasses import replace
 
 import numpy as np
 
-from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
-from grazemap_core.checks import checked_order
+from grazemap_core.arrays import Booleans, Complexes, Floats
 from grazemap_core.continuation.branch_ends import Meeting
-from grazemap_core.continuation.continuation_problem import ContinuationPoint, ContinuationProblem
-from grazemap_core.continuation.parameters import (
-    Parameter,
-    ParameterCurve,
-    ParameterPoint,
-    check_interval,
-    keeps_symmetry,
+from grazemap_core.continuation.continuation_problem import (
+    ContinuationPoint,
+    ContinuationProblem,
+    OrbitCurve,
+    curve_fields,
 )
-from grazemap_core.continuation.pseudo_arclength import follow_path
+from grazemap_core.continuation.parameters import Parameter, ParameterPoint, check_interval
+from grazemap_core.continuation.pseudo_arclength import check_steps, follow_path
 from grazemap_core.continuation.special_points import BranchSegment, SpecialPoint, special_point_at
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
-from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.orbits.impact_sequences import ImpactSequence
+from grazemap_core.orbits.orbit_observables import OrbitObserver
 from grazemap_core.orbits.periodic_orbits import PeriodicOrbit
 from grazemap_core.records import NamedTuple, dataclass
+from grazemap_core.simulation.observables import Observables
 
 
 class OrbitPoint(NamedTuple):
@@ -54,25 +54,13 @@ def at_point(oscillator: Oscillator, orbit: PeriodicOrbit | OrbitPoint) -> Orbit
 
 
 @dataclass(frozen=True, eq=False)
-class OrbitBranch(ParameterCurve):
+class OrbitBranch(OrbitCurve):
     """A branch of m periodic orbits in its order, with k impacts each."""
 
     parameter: Parameter
     """One of `parameters.PARAMETERS`."""
     values: Floats
     """(m,) Values of the parameter."""
-    phases: Floats
-    """(m, k) Forcing phases of the impacts, which change smoothly along the branch; for symmetric motions, those of
-    half the period."""
-    velocities: Floats
-    """(m, k) Signed velocities before these impacts. An impact is virtual where the sign of its velocity is not that of
-    its stop."""
-    stops: Integers
-    """(k,) Stops of the impacts."""
-    period: int
-    """Forcing periods after which the orbits repeat."""
-    symmetric: bool
-    """Whether the impacts are those of half the period; those of the other half are their mirror images."""
     multipliers: Complexes
     """(m, 2N) Multipliers over the period, by decreasing modulus; NaN where two impacts come together."""
     isolated: Booleans
@@ -85,12 +73,8 @@ class OrbitBranch(ParameterCurve):
     """(m,) As in `PeriodicOrbit`."""
     excess: Floats
     """(m,) As in `PeriodicOrbit`."""
-    residual: Floats
-    """(m,) Residuals, in units of length."""
     special_points: tuple[SpecialPoint, ...]
     """In the order of the branch."""
-    ends: tuple[str, str]
-    """Keys of `pseudo_arclength.ENDS`: why the branch ends before its first point and after its last."""
 
 
 @in_own_period
@@ -141,29 +125,19 @@ def orbit_branch(
     check_interval(parameter, start, stop)
     if not start <= here <= stop:
         raise ParameterError("start", "must not be above the orbit's value, nor stop below it")
-    if not 0.0 < longest_step <= 1.0:
-        raise ParameterError("longest_step", "must lie between 0 and 1")
-    checked_order("max_points", max_points, 1)
+    check_steps(longest_step, max_points)
 
-    symmetric = orbit.symmetric and keeps_symmetry(oscillator, parameter)
-    impacts = orbit.impacts.half() if symmetric else orbit.impacts.whole
-    family = OrbitFamily.of(oscillator, impacts.period, impacts.symmetric)
-    path = ContinuationProblem(family, impacts.stops, (parameter,), values)
+    impacts = orbit.impacts.half() if orbit.symmetric else orbit.impacts.whole
+    path, unknowns = ContinuationProblem.through(oscillator, impacts, parameter, values)
     bounds = (start / path.units[parameter], stop / path.units[parameter])
-    unknowns = path.unknowns(impacts, values)
     first = path.evaluate(unknowns)
-    rising = np.zeros(len(unknowns))
-    rising[-1] = 1.0
-    tangent = path.tangent(unknowns, rising)
+    tangent = path.tangent(unknowns, np.eye(len(unknowns))[-1])
     if tangent is None:  # a saddle-node, from which the parameter falls both ways, or rises: either direction will do
-        tangent = np.linalg.svd(path.equations(unknowns)[1])[2][-1]
+        tangent = path.direction(unknowns)
 
-    ahead, after, end = _follow(path, first, tangent, bounds, longest_step, max_points, to_special)
-    back: list[ContinuationPoint] = []
-    before: list[SpecialPoint] = []
-    beginning = "closed"
-    if end != "closed":
-        back, before, beginning = _follow(path, first, -tangent, bounds, longest_step, max_points, to_special)
+    limits = longest_step, max_points, to_special
+    ahead, after, end = _follow(path, first, tangent, bounds, *limits)
+    back, before, beginning = ([], [], end) if end == "closed" else _follow(path, first, -tangent, bounds, *limits)
     points = [*reversed(back), first, *ahead]
     turned = [replace(point, segment=len(back) - 1 - point.segment) for point in reversed(before)]
     special = turned + [replace(point, segment=len(back) + point.segment) for point in after]
@@ -214,35 +188,48 @@ def _branch(
     special: tuple[SpecialPoint, ...],
     ends: tuple[str, str],
 ) -> OrbitBranch:
-    count = path.count
-    unknowns = np.array([point.unknowns for point in points])
-    values = tuple(point.values for point in points)
-    omega = np.array([place.omega for place in values])
     multipliers = np.array([point.multipliers for point in points])
-    if path.family.pattern.symmetric:
+    if path.pattern.symmetric:
         with np.errstate(invalid="ignore", over="ignore"):
             multipliers = multipliers * multipliers
     isolated = np.array([point.isolated for point in points])
     admissible = np.array([point.admissible for point in points])
     stable = np.all(np.abs(multipliers) < 1.0, axis=1)
-    period = path.family.pattern.multiple
+    period = path.pattern.multiple
     least_period = np.array([path.impacts(point.unknowns).repeats_after() == period for point in points])
     return OrbitBranch(
+        **curve_fields(path, points),
         parameter=parameter,
-        values=np.array([place.value(parameter) for place in values]),
-        points=values,
-        phases=unknowns[:, :count].copy(),
-        velocities=unknowns[:, count : 2 * count] * (omega * path.length)[:, None],
-        stops=path.sides.astype(np.int64),
-        period=period,
-        symmetric=path.family.pattern.symmetric,
+        values=np.array([point.values.value(parameter) for point in points]),
         multipliers=multipliers,
         isolated=isolated,
         admissible=admissible,
         stable=stable,
         verified=isolated & admissible & stable & least_period,
         excess=np.array([point.excess for point in points]) * path.length,
-        residual=np.array([point.residual for point in points]),
         special_points=special,
         ends=ends,
     )
+
+
+@in_own_period
+def branch_observables(oscillator: Oscillator, branch: OrbitBranch, wanted: Observables) -> Floats:
+    """Return the values (m, count) of the wanted observables, each over its orbit's period.
+
+    NaN for orbits that are not admissible.
+
+    Parameters
+    ----------
+    oscillator : Oscillator
+        The oscillator of the branch, where the factors of bias and forces are 1.
+    """
+    observer, structure = OrbitObserver(oscillator, wanted), ParameterPoint.of(oscillator, 1.0, 1.0).structure
+    figures = np.full((len(branch.points), wanted.count), np.nan)
+    for i in np.flatnonzero(branch.admissible).tolist():
+        impacts = ImpactSequence(branch.period, branch.stops, branch.phases[i], branch.velocities[i], branch.symmetric)
+        values = branch.points[i]
+        applied = values.applied(oscillator)
+        if values.structure != structure:  # an observer has the modes of a structure
+            observer, structure = OrbitObserver(applied, wanted), values.structure
+        figures[i] = observer.figures(applied, values.omega, values.clearance, impacts)
+    return figures

@@ -8,18 +8,27 @@ turns.
 from __future__ import annotations
 
 import math
-from functools import cached_property, lru_cache
+from collections.abc import Sequence
+from dataclasses import field
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats, Integers
 from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.contact.stops import has_odd_harmonics_only
-from grazemap_core.continuation.parameters import PARAMETERS, Parameter, ParameterPoint
-from grazemap_core.continuation.tolerances import DIFFERENCE, PATH_EXACT, PATH_NEWTON_STEPS, RECENT_STRUCTURES
-from grazemap_core.model.equilibrium import contact_equilibrium
+from grazemap_core.continuation.parameters import PARAMETERS, Parameter, ParameterPoint, keeps_symmetry
+from grazemap_core.continuation.point_equations import PointEquations
+from grazemap_core.continuation.tolerances import (
+    DIFFERENCE,
+    PATH_EXACT,
+    PATH_LARGEST_STEP,
+    PATH_NEWTON_STEPS,
+    RECENT_EQUATIONS,
+)
+from grazemap_core.grazing.one_impact_family import Pattern
+from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.numerics.kernels.dense import eliminate
-from grazemap_core.orbits.family import OrbitFamily, forced, steady_size
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.kernels.admissibility import NO_FURTHER_CONTACT, further_contact
 from grazemap_core.orbits.kernels.batches import OrbitScratch, orbit_scratch
@@ -73,7 +82,10 @@ class ContinuationProblem:
 
     Attributes
     ----------
-    family : OrbitFamily
+    oscillator : Oscillator
+        With the factors 1 of bias and forces.
+    pattern : Pattern
+        The number of periods, and whether the orbits are mirrored.
     sides : (k,)
     parameters : tuple of str
         The parameters that vary. The others keep their values in `fixed`.
@@ -82,30 +94,49 @@ class ContinuationProblem:
         The unknown of a parameter is its value over this.
     length : float
         Unit of length; that of speeds is omega times it.
+    turn : float
+        Phase after which the impacts repeat, or repeat on the opposite stops.
+    mirror : float
+        Factor from the signed velocities of one such span to those of the next: -1 for symmetric orbits.
     """
 
     def __init__(
-        self, family: OrbitFamily, sides: Integers, parameters: tuple[Parameter, ...], fixed: ParameterPoint
+        self,
+        oscillator: Oscillator,
+        pattern: Pattern,
+        sides: Integers,
+        parameters: tuple[Parameter, ...],
+        fixed: ParameterPoint,
     ) -> None:
         """Take the values of all parameters at the start, in which those that vary have their units.
 
         The units of restitutions and of factors are 1, that of one clearance is the unit of length.
         """
-        self.family = family
+        self.oscillator, self.pattern, self.parameters, self.fixed = oscillator, pattern, parameters, fixed
         self.sides = sides.astype(np.float64)
-        self.parameters = parameters
-        self.fixed = fixed
         self.count = len(sides)
-        self._odd = has_odd_harmonics_only(family.oscillator)
-        self._member_of = lru_cache(maxsize=RECENT_STRUCTURES)(self._member)
-        self._problem_at = lru_cache(maxsize=RECENT_STRUCTURES)(self._problem_without_factor)
-        self.length = max(steady_size(self.family_at(fixed).steady(fixed.omega)), self._stops_at(fixed).unit)
+        self.turn = pattern.half_periods * math.pi
+        self.mirror = -1.0 if pattern.symmetric else 1.0
+        self._equations = PointEquations(oscillator, RECENT_EQUATIONS)
+        self.length = max(self._equations.steady_size(fixed, pattern), self._equations.stops(fixed).unit)
         self.units = {name: self._unit(name) for name in parameters}
-        self._varying: tuple[float, ...] = ()
-        self._point = (fixed, self._stops_at(fixed))
-        self._structural = [(i, name) for i, name in enumerate(parameters) if name not in PARAMETERS]
-        constant = [name for name in parameters if name != "bias" or not self._structural]
-        self._by_gap = {name: self._derivative_by_gap(name, fixed) for name in constant}
+
+    @classmethod
+    def through(
+        cls, oscillator: Oscillator, impacts: ImpactSequence, parameter: Parameter, values: ParameterPoint
+    ) -> tuple[ContinuationProblem, Floats]:
+        """Return the path over a parameter through an orbit at these values, and its unknowns there.
+
+        Symmetric orbits are continued as such if the parameter keeps the stops symmetric.
+        """
+        if not keeps_symmetry(oscillator, parameter):
+            impacts = impacts.whole
+        path = ContinuationProblem(oscillator, pattern_of(impacts), impacts.stops, (parameter,), values)
+        return path, path.unknowns(impacts, values)
+
+    def along_with(self, pattern: Pattern, sides: Floats) -> ContinuationProblem:
+        """Return the problem of another sequence of stops (k,) over the same parameters, in the same units."""
+        return ContinuationProblem(self.oscillator, pattern, sides.astype(np.int64), self.parameters, self.fixed)
 
     def _unit(self, name: Parameter) -> float:
         if name in ("omega", "clearance"):
@@ -114,23 +145,10 @@ class ContinuationProblem:
             return self.fixed.value(name) or 1.0
         return self.length if name.startswith("clearance") else 1.0
 
-    def family_at(self, values: ParameterPoint) -> OrbitFamily:
-        """Return the family of the structure at a point; those of the last structures are cached."""
-        return self._member_of(values.structure)[0]
-
-    def _member(self, structure: tuple[tuple[str, float], ...]) -> tuple[OrbitFamily, float]:
-        """Return the family of a structure, and its equilibrium of the contact."""
-        oscillator, family = self.family.oscillator.with_structure(dict(structure)), self.family
-        if oscillator is not family.oscillator:
-            family = OrbitFamily.of(oscillator, family.pattern.multiple, family.pattern.symmetric)
-        return family, contact_equilibrium(oscillator)
-
-    def _stops_at(self, values: ParameterPoint) -> Stops:
-        return values.stops(self._member_of(values.structure)[1], self._odd)
-
     @cached_property
     def _scratch(self) -> OrbitScratch:
-        return orbit_scratch(self.count, self.family.model.size)
+        model = self._equations.family(self.fixed, self.pattern).model
+        return orbit_scratch(self.count, model.size)
 
     def unknowns(self, impacts: ImpactSequence, values: ParameterPoint) -> Floats:
         """Return the unknowns of an orbit whose parameters have these values."""
@@ -139,79 +157,53 @@ class ContinuationProblem:
 
     def values(self, unknowns: Floats) -> ParameterPoint:
         """Return the values of all parameters."""
-        return self._at(unknowns)[0]
+        values = self.fixed
+        for name, value in zip(self.parameters, unknowns[2 * self.count :].tolist(), strict=True):
+            values = values.varied(name, value * self.units[name])
+        return values
 
     def stops(self, unknowns: Floats) -> Stops:
         """Return the stops at a point."""
-        return self._at(unknowns)[1]
+        return self._equations.stops(self.values(unknowns))
 
-    def _at(self, unknowns: Floats) -> tuple[ParameterPoint, Stops]:
-        """Return the values of all parameters, and the stops; the last ones are cached."""
-        varying = tuple(unknowns[2 * self.count :].tolist())
-        if varying != self._varying:
-            point = self.fixed
-            for name, value in zip(self.parameters, varying, strict=True):
-                point = point.varied(name, value * self.units[name])
-            self._varying, self._point = varying, (point, self._stops_at(point))
-        return self._point
-
-    def problem(self, values: ParameterPoint) -> OrbitProblem:
-        """Return the equations with forces of the factor 1; those of the last frequencies and structures are cached."""
-        return self._problem_at(values.omega, values.structure)
-
-    def _problem_without_factor(self, omega: float, structure: tuple[tuple[str, float], ...]) -> OrbitProblem:
-        family = self._member_of(structure)[0]
-        return family.problem(omega, self.length, family.steady(omega))
-
-    def problem_at(self, unknowns: Floats) -> OrbitProblem:
-        """Return the equations at a point, as the kernels take them."""
-        return self._problem_of(self.values(unknowns))
-
-    def _problem_of(self, values: ParameterPoint) -> OrbitProblem:
-        return forced(self.problem(values), values.forcing)
+    def _problem(self, values: ParameterPoint) -> OrbitProblem:
+        return self._equations.problem(values, self.pattern, self.length)
 
     def equations(self, unknowns: Floats) -> tuple[Floats, Floats, float]:
         """Return residual, derivatives and terms of all equations of the path: those of its orbits."""
         return self.of_orbit(unknowns)
 
-    def residual_at(self, unknowns: Floats) -> tuple[float, float]:
-        """Return the largest residual of the equations of the path, and the size of its terms."""
-        return self._residual_of_orbit(unknowns)
-
-    def _residual_of_orbit(self, unknowns: Floats) -> tuple[float, float]:
-        terms = self._assemble(unknowns)
-        return float(np.abs(self._scratch.newton.residual).max()), terms
-
     def of_orbit(self, unknowns: Floats) -> tuple[Floats, Floats, float]:
         """Return residual (2 k,), its derivatives by all unknowns (2 k, 2 k + p), and the size of its terms."""
-        count, work = self.count, self._scratch.newton
-        by_structure = {name: self._by_structure(i, unknowns) for i, name in self._structural}
-        values, stops = self._at(unknowns)
-        terms = self._assemble(unknowns)
+        count, values = self.count, self.values(unknowns)
+        columns: dict[Parameter, Floats] = {  # first, as they take other residuals
+            name: self._by_structure(i, unknowns) for i, name in enumerate(self.parameters) if name not in PARAMETERS
+        }
+        _, impacts, terms = self._assemble(unknowns)
+        jacobian = self._scratch.newton.jacobian
         derivatives = np.empty((2 * count, 2 * count + len(self.parameters)))
-        derivatives[:, : 2 * count] = work.jacobian[:, : 2 * count]
+        derivatives[:, : 2 * count] = jacobian[:, : 2 * count]
         for i, name in enumerate(self.parameters):
-            if name in by_structure:
-                column = by_structure[name]
-            elif name == "omega":
-                column = work.jacobian[:, 2 * count]
+            if name == "omega":
+                columns[name] = jacobian[:, 2 * count]
             elif name == "forcing":
-                column = self._by_forcing(unknowns)
+                columns[name] = self._by_forcing(unknowns, values)
             elif name.startswith("restitution"):
-                column = self._by_restitution(name, stops, unknowns)
-            else:
-                column = self._by_gap[name] if name in self._by_gap else self._derivative_by_gap(name, values)
-            derivatives[:, 2 * count + i] = column * self.units[name]
-        return work.residual.copy(), derivatives, terms
+                columns[name] = self._by_restitution(name, impacts)
+            elif name in PARAMETERS:
+                columns[name] = self._by_gap(name, values)
+            derivatives[:, 2 * count + i] = columns[name] * self.units[name]
+        return self._scratch.newton.residual.copy(), derivatives, terms
 
-    def _assemble(self, unknowns: Floats) -> float:
-        """Write residual and Jacobian of the orbit's equations to the scratch; return the size of their terms."""
-        work, impacts = self._scratch.newton, self._impacts_of(unknowns, self.stops(unknowns))
-        return float(assemble(self.problem_at(unknowns), impacts, work.residual, work.jacobian, work.before))
+    def _assemble(self, unknowns: Floats) -> tuple[OrbitProblem, OrbitImpacts, float]:
+        """Write residual and Jacobian of the orbit's equations to the scratch.
 
-    def _impacts_of(self, unknowns: Floats, stops: Stops) -> OrbitImpacts:
-        """Return the impacts of a point, as the kernels take them."""
-        return OrbitImpacts(stops, self.sides, unknowns[: self.count], unknowns[self.count : 2 * self.count])
+        Returns the equations and the impacts, as the kernels take them, and the size of the equations' terms.
+        """
+        count, newton, values = self.count, self._scratch.newton, self.values(unknowns)
+        problem, stops = self._problem(values), self._equations.stops(values)
+        impacts = OrbitImpacts(stops, self.sides, unknowns[:count], unknowns[count : 2 * count])
+        return problem, impacts, float(assemble(problem, impacts, newton.residual, newton.jacobian, newton.before))
 
     def _by_structure(self, index: int, unknowns: Floats) -> Floats:
         """Return the residuals' derivatives (2 k,) with respect to a parameter of the structure, by differences.
@@ -225,6 +217,11 @@ class ContinuationProblem:
             self._assemble(moved)
             residuals.append(self._scratch.newton.residual.copy())
         return np.asarray((residuals[0] - residuals[1]) / (2.0 * DIFFERENCE * unit))
+
+    def direction(self, unknowns: Floats) -> Floats:
+        """Return a unit tangent of the path; which of the two directions is arbitrary."""
+        tangent: Floats = np.linalg.svd(self.equations(unknowns)[1])[2][-1]
+        return tangent
 
     def tangent(self, unknowns: Floats, along: Floats) -> Floats | None:
         """Return the unit tangent of the path, in the direction of `along`; None where there is none."""
@@ -250,19 +247,18 @@ class ContinuationProblem:
             values = self.values(unknowns)
             if not self._in_domain(values):
                 return None
-            if settled:
-                norm, terms = self.residual_at(unknowns)
-                return (unknowns, steps) if norm <= ORBIT_RESIDUAL * max(1.0, terms) else None
             residual, derivatives, terms = self.equations(unknowns)
             norm = float(np.abs(residual).max())
+            if settled:
+                return (unknowns, steps) if norm <= ORBIT_RESIDUAL * max(1.0, terms) else None
             right = np.concatenate([residual, [float(normal @ unknowns) - offset]])
             try:
                 step = np.linalg.solve(np.concatenate([derivatives, normal[None]]), right)
             except np.linalg.LinAlgError:
                 return None
             length = float(np.abs(step).max())
-            problem = self._problem_of(values)
-            if not (length < 1.0 and allowed_share(problem, unknowns[:count], -step[:count]) == 1.0):
+            problem = self._problem(values)
+            if not (length < PATH_LARGEST_STEP and allowed_share(problem, unknowns[:count], -step[:count]) == 1.0):
                 return None
             unknowns = unknowns - step
             settled = length <= ORBIT_SETTLED or norm <= PATH_EXACT * terms
@@ -270,57 +266,46 @@ class ContinuationProblem:
 
     def impacts(self, unknowns: Floats) -> ImpactSequence:
         """Return the impacts of a point, its first phase brought into the first period."""
-        count, period = self.count, self.family.pattern.multiple
+        count, period = self.count, self.pattern.multiple
         whole = 2.0 * math.pi * period
         phases = unknowns[:count] - math.floor(unknowns[0] / whole) * whole
         velocities = unknowns[count : 2 * count] * (self.values(unknowns).omega * self.length)
-        return ImpactSequence(period, self.sides.astype(np.int64), phases, velocities, self.family.pattern.symmetric)
+        return ImpactSequence(period, self.sides.astype(np.int64), phases, velocities, self.pattern.symmetric)
 
     def doubling_matrix(self, unknowns: Floats) -> Floats:
         """Return the matrix (2 k, 2 k) whose determinant is `doubling_test`."""
-        self._assemble(unknowns)
+        problem, impacts, _ = self._assemble(unknowns)
         matrix = np.empty((2 * self.count, 2 * self.count))
-        impacts = self._impacts_of(unknowns, self.stops(unknowns))
-        assemble_doubled(self.problem_at(unknowns), impacts, self._scratch.newton.before, matrix)
+        assemble_doubled(problem, impacts, self._scratch.newton.before, matrix)
         return matrix
-
-    def _determinants(self, problem: OrbitProblem, impacts: OrbitImpacts) -> tuple[float, float]:
-        """Return the test functions of folds and of doublings. `_assemble` has written the Jacobian."""
-        count = self.count
-        system = self._scratch.newton.jacobian[:, : 2 * count].copy()
-        fold_test = eliminate(system, 2 * count)
-        assemble_doubled(problem, impacts, self._scratch.newton.before, system)
-        return float(fold_test), float(eliminate(system, 2 * count))
 
     def evaluate(self, unknowns: Floats) -> ContinuationPoint:
         """Return a point with its multipliers, test functions and contacts."""
-        scratch = self._scratch
-        residual, terms = self._residual_of_orbit(unknowns)
-        values, stops = self._at(unknowns)
-        problem, impacts = self._problem_of(values), self._impacts_of(unknowns, stops)
-        kantorovich, _ = newton_kantorovich(problem, impacts, terms, scratch.newton)
-        fold_test, doubling_test = self._determinants(problem, impacts)
+        newton, size, values = self._scratch.newton, 2 * self.count, self.values(unknowns)
+        problem, impacts, terms = self._assemble(unknowns)
+        residual = float(np.abs(newton.residual).max())
+        kantorovich, _ = newton_kantorovich(problem, impacts, terms, newton)
+        system = newton.jacobian[:, :size].copy()
+        fold_test = eliminate(system, size)
+        assemble_doubled(problem, impacts, newton.before, system)
+        doubling_test = eliminate(system, size)
         contact, excess, phase, stop = further_contact(
-            problem, impacts, -math.inf, scratch.flow_between, scratch.contact
+            problem, impacts, -math.inf, self._scratch.flow_between, self._scratch.contact
         )
+        multipliers = multipliers_of(problem, impacts, newton.before)
         return ContinuationPoint(
             unknowns=unknowns,
             values=values,
             residual=residual,
             kantorovich=float(kantorovich),
-            multipliers=self._multipliers(self.family_at(values), problem, impacts),
-            fold_test=fold_test,
-            doubling_test=doubling_test,
+            multipliers=with_unseen(self._equations.family(values, self.pattern), problem.omega, multipliers),
+            fold_test=float(fold_test),
+            doubling_test=float(doubling_test),
             contact=int(contact),
             excess=float(excess),
             excess_phase=float(phase),
             excess_stop=int(stop),
         )
-
-    def _multipliers(self, family: OrbitFamily, problem: OrbitProblem, impacts: OrbitImpacts) -> Complexes:
-        """Return all multipliers over a span, by decreasing modulus."""
-        of_blocks = multipliers_of(problem, impacts, self._scratch.newton.before)
-        return with_unseen(family, problem.omega, of_blocks)
 
     def _in_domain(self, values: ParameterPoint) -> bool:
         """Return whether Newton's method may try these values: the equations are analytic beyond the physical ones."""
@@ -329,33 +314,99 @@ class ContinuationProblem:
         structure = [value for name, value in values.structure if name in self.parameters]
         return min(values.omega, values.forcing, distance, *rebounds, *structure) > 0.0
 
-    def _derivative_by_gap(self, name: Parameter, values: ParameterPoint) -> Floats:
+    def _by_gap(self, name: Parameter, values: ParameterPoint) -> Floats:
         """Return the residuals' derivatives (2 k,) with respect to a clearance, or to the factor of the bias."""
         by_gap = -self.sides / self.length
         if name == "bias":  # which moves both stops the same way
-            by_gap = -self.sides * self._member_of(values.structure)[1] * by_gap
+            by_gap = -self.sides * self._equations.equilibrium(values) * by_gap
         elif name != "clearance":
             by_gap = np.where(self.sides == (1.0 if name == "clearance_right" else -1.0), by_gap, 0.0)
         return np.concatenate([by_gap, np.zeros(self.count)])
 
-    def _by_forcing(self, unknowns: Floats) -> Floats:
+    def _by_forcing(self, unknowns: Floats, values: ParameterPoint) -> Floats:
         """Return the residuals' derivatives (2 k,) with respect to the factor of the forces."""
-        problem = self.problem(self.values(unknowns))
+        problem = self._problem(values._replace(forcing=1.0))
         angles = np.outer(problem.orders, unknowns[: self.count])
         turned = (problem.steady @ np.array([1.0, 1j]))[:, None] / problem.steady_unit * np.exp(1j * angles)
         rates = problem.orders[:, None] * turned
         return np.concatenate([np.sum(turned.imag, axis=0), np.sum(rates.real, axis=0)])
 
-    def _by_restitution(self, name: Parameter, stops: Stops, unknowns: Floats) -> Floats:
+    def _by_restitution(self, name: Parameter, impacts: OrbitImpacts) -> Floats:
         """Return the residuals' derivatives (2 k,) with respect to a restitution: impulses are proportional to 1 + R.
 
-        `of_orbit` has written the Jacobian.
+        `_assemble` has written the Jacobian.
         """
-        count, jacobian = self.count, self._scratch.newton.jacobian
-        by_speed = jacobian[:, count : 2 * count].copy()
+        count, stops = self.count, impacts.stops
+        by_speed = self._scratch.newton.jacobian[:, count : 2 * count].copy()
         by_speed[count + np.arange(count), np.arange(count)] += 1.0  # the unknown itself is no impulse
         rebound = 1.0 + np.where(self.sides > 0.0, stops.restitution_right, stops.restitution_left)
-        weight = unknowns[count : 2 * count] / rebound
+        weight = impacts.speeds / rebound
         if name != "restitution":
             weight = np.where(self.sides == (1.0 if name == "restitution_right" else -1.0), weight, 0.0)
         return np.asarray(by_speed @ weight)
+
+
+def pattern_of(impacts: ImpactSequence) -> Pattern:
+    """Return the number of periods of a sequence, and whether it is mirrored."""
+    return Pattern(impacts.period, impacts.symmetric)
+
+
+@dataclass(frozen=True, eq=False)
+class OrbitCurve:
+    """Orbits with k impacts each along a curve: m of them in its order."""
+
+    points: tuple[ParameterPoint, ...]
+    """(m,) The values of all parameters, point by point."""
+    phases: Floats
+    """(m, k) Forcing phases of the impacts, which change smoothly along the curve; for symmetric motions, those of half
+    the period."""
+    velocities: Floats
+    """(m, k) Signed velocities before these impacts. An impact is virtual where the sign of its velocity is not that of
+    its stop."""
+    stops: Integers
+    """(k,) Stops of the impacts."""
+    period: int
+    """Forcing periods after which the orbits repeat."""
+    symmetric: bool
+    """Whether the impacts are those of half the period; those of the other half are their mirror images."""
+    residual: Floats
+    """(m,) Residuals of the orbits, in units of length."""
+    ends: tuple[str, str]
+    """Keys of `pseudo_arclength.ENDS`: why the curve ends before its first point and after its last."""
+    divisor: int = field(default=1, kw_only=True)
+    """p: a period is ``2 pi/p`` in the phases of impacts."""
+
+    def values_of(self, name: str) -> Floats:
+        """Return the values (m,) of a field of `ParameterPoint`."""
+        return np.array([getattr(point, name) for point in self.points], dtype=np.float64)
+
+    @property
+    def omega(self) -> Floats:
+        """Forcing frequencies (m,)."""
+        return self.values_of("omega")
+
+    @property
+    def clearance(self) -> Floats:
+        """Clearances of both stops (m,); NaN where they differ."""
+        right, left = self.values_of("clearance_right"), self.values_of("clearance_left")
+        return np.where(right == left, right, np.nan)
+
+    @property
+    def restitution(self) -> Floats:
+        """Restitutions (m,) of both stops, or of the only one; NaN where they differ."""
+        return self.values_of("restitution")
+
+
+def curve_fields(path: ContinuationProblem, points: Sequence[ContinuationPoint]) -> dict[str, Any]:
+    """Return the fields of `OrbitCurve`, but `ends` and `divisor`, of points of a path."""
+    count, unknowns = path.count, np.array([point.unknowns for point in points])
+    omega = np.array([point.values.omega for point in points])
+    return {
+        "points": tuple(point.values for point in points),
+        "phases": unknowns[:, :count].copy(),
+        "velocities": unknowns[:, count : 2 * count] * (omega * path.length)[:, None],
+        "stops": path.sides.astype(np.int64),
+        "period": path.pattern.multiple,
+        "symmetric": path.pattern.symmetric,
+        "residual": np.array([point.residual for point in points]),
+    }

@@ -16,28 +16,19 @@ from typing import Final
 
 import numpy as np
 
-from grazemap_core.arrays import Floats
+from grazemap_core.arrays import Booleans, Floats
 from grazemap_core.continuation.bifurcation_curves import BifurcationCurve, bifurcation_curve
 from grazemap_core.continuation.branch_switching import as_on_curve, merged
 from grazemap_core.continuation.branches import OrbitBranch, OrbitPoint, at_point, orbit_branch
 from grazemap_core.continuation.parameters import PARAMETERS, Parameter, ParameterPoint, symmetric_stops
 from grazemap_core.continuation.special_points import SpecialPoint
-from grazemap_core.continuation.tolerances import SAME_CURVE
+from grazemap_core.continuation.tolerances import MIRRORED_ORBITS, MOST_BRANCHES, SAME_CURVE, SEARCHED_SHARES
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
 from grazemap_core.orbits.search import explicit_sequences, mirrored, sequence_of_stops, turned_to
-
-PLACES = (0.5, 0.25, 0.75)
-"""Shares of a window's sides at which a motion is searched for; at each frequency, all clearances are tried."""
-
-MIRRORED_ORBITS = 9
-"""Orbits of a branch, from one end to the other, near whose mirror images another orbit is looked for."""
-
-MOST_BRANCHES = 4
-"""Maximum number of further branches that are followed: a pitchfork unfolds into two."""
 
 Window = tuple[float, float]
 Through = Callable[[OrbitPoint], OrbitBranch]
@@ -188,17 +179,27 @@ def _apart(
         if name == "omega" or name not in PARAMETERS:
             unit = here or 1.0
         path.append(np.array([[(place.value(name) - here) / unit] for place in curve.points]))
-    return _distance_from_origin(np.concatenate(path, axis=1))
+    line = np.concatenate(path, axis=1)
+    return float(distances_from_line(np.zeros((1, line.shape[1])), line)[0])
 
 
-def _distance_from_origin(path: Floats) -> float:
-    """Return how far a polyline, points (m, d), is from the origin."""
-    if len(path) == 1:
-        return float(np.linalg.norm(path[0]))
-    here, side = path[:-1], np.diff(path, axis=0)
-    length = np.einsum("ij,ij->i", side, side)
-    share = np.clip(-np.einsum("ij,ij->i", here, side) / np.where(length > 0.0, length, 1.0), 0.0, 1.0)
-    return float(np.min(np.linalg.norm(here + share[:, None] * side, axis=1)))
+def distances_from_line(points: Floats, line: Floats, drawn: Booleans | None = None) -> Floats:
+    """Return the distances (p,) of points (p, d) from a polyline with the corners (m, d).
+
+    If it is given which corners are drawn, segments of which neither end is drawn do not count; the distance is
+    infinite if no segment counts.
+    """
+    if drawn is None:
+        drawn = np.ones(len(line), dtype=np.bool_)
+    if len(line) == 1:
+        line, drawn = np.repeat(line, 2, axis=0), np.repeat(drawn, 2)
+    best = np.full(len(points), np.inf)
+    for k in np.flatnonzero(drawn[:-1] | drawn[1:]):
+        start, side = line[k], line[k + 1] - line[k]
+        length = float(side @ side)
+        share = np.clip((points - start) @ side / length, 0.0, 1.0) if length > 0.0 else np.zeros(len(points))
+        best = np.minimum(best, np.linalg.norm(points - start - share[:, None] * side, axis=1))
+    return best
 
 
 def followable(oscillator: Oscillator, point: SpecialPoint) -> SpecialPoint | None:
@@ -216,4 +217,4 @@ def followable(oscillator: Oscillator, point: SpecialPoint) -> SpecialPoint | No
 
 def _places(side: Window) -> list[float]:
     start, stop = side
-    return [start] if start == stop else [start + share * (stop - start) for share in PLACES]
+    return [start] if start == stop else [start + share * (stop - start) for share in SEARCHED_SHARES]

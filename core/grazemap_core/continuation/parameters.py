@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 import math
-from dataclasses import field, replace
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
 
 from grazemap_core.arrays import Floats
+from grazemap_core.checks import check_range
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.stops import Clearance, both_clearances, has_odd_harmonics_only, unit_of_stops
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.drive import Harmonic
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.records import NamedTuple, dataclass
+from grazemap_core.records import NamedTuple
 from grazemap_core.tolerances import LARGEST_NUMBER, SMALLEST_NUMBER
 
 Parameter = str
 """One of PARAMETERS, or a parameter of the structure that may vary (`Oscillator.variants`)."""
+
+Structure = tuple[tuple[str, float], ...]
+"""Names and values of the parameters of a structure that may vary."""
 
 PARAMETERS: Final = (
     "omega",
@@ -57,7 +61,7 @@ class ParameterPoint(NamedTuple):
     """Factor of the bias of the oscillator."""
     forcing: float = 1.0
     """Factor of the forces of the oscillator."""
-    structure: tuple[tuple[str, float], ...] = ()
+    structure: Structure = ()
     """The parameters of the structure that may vary."""
 
     @classmethod
@@ -159,9 +163,7 @@ def domain(parameter: Parameter) -> tuple[float, float]:
 
 def check_domain(parameter: Parameter, values: Floats, named: str | None = None) -> None:
     """Raise ParameterError, on the argument `named`, where a value is not within the domain of a parameter."""
-    low, high = domain(parameter)
-    if not np.all((values >= low) & (values <= high)):
-        raise ParameterError(named or parameter, f"every number must lie between {low:g} and {high:g}")
+    check_range(named or parameter, values, *domain(parameter))
 
 
 def check_interval(parameter: Parameter, start: float, stop: float, named: str = "start") -> None:
@@ -196,36 +198,6 @@ class ParameterOrbit:
     def restitution(self) -> float:
         """Restitution of both stops, or of the only stop; NaN where they differ."""
         return self.values.restitution
-
-
-@dataclass(frozen=True, eq=False)
-class ParameterCurve:
-    """The values of all parameters at the m points of a curve."""
-
-    points: tuple[ParameterPoint, ...]
-    """The values of all parameters, point by point."""
-    divisor: int = field(default=1, kw_only=True)
-    """p: a period is ``2 pi/p`` in the phases of impacts."""
-
-    def values_of(self, name: str) -> Floats:
-        """Return the values (m,) of a field of `ParameterPoint`."""
-        return np.array([getattr(point, name) for point in self.points], dtype=np.float64)
-
-    @property
-    def omega(self) -> Floats:
-        """Forcing frequencies (m,)."""
-        return self.values_of("omega")
-
-    @property
-    def clearance(self) -> Floats:
-        """Clearances of both stops (m,); NaN where they differ."""
-        right, left = self.values_of("clearance_right"), self.values_of("clearance_left")
-        return np.where(right == left, right, np.nan)
-
-    @property
-    def restitution(self) -> Floats:
-        """Restitutions (m,) of both stops, or of the only one; NaN where they differ."""
-        return self.values_of("restitution")
 
 
 def symmetric_stops(oscillator: Oscillator, values: ParameterPoint) -> bool:

@@ -11,8 +11,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from grazemap_core.arrays import Floats
+from grazemap_core.checks import checked_order
 from grazemap_core.continuation import tolerances
 from grazemap_core.continuation.continuation_problem import ContinuationProblem
+from grazemap_core.errors import ParameterError
 
 ENDS = {
     "range": "a parameter reaches the end of its range",
@@ -36,6 +38,13 @@ the reason why the curve ends there, a key of `ENDS`, or None."""
 Beside = Callable[[Floats, Floats], Floats | None]
 """Takes the unknowns of a point, and a step along the tangent at whose end there is no orbit. Returns the unknowns of
 an orbit just before a meeting of impacts (`branch_ends.Meeting`) within the step, or None."""
+
+
+def check_steps(longest_step: float, max_points: int) -> None:
+    """Raise ParameterError where a curve cannot be followed with steps of this length, or to so many points."""
+    if not 0.0 < longest_step <= 1.0:
+        raise ParameterError("longest_step", "must lie between 0 and 1")
+    checked_order("max_points", max_points, 1)
 
 
 def follow_path(
@@ -74,9 +83,7 @@ def follow_path(
             index, bound, share = outside
             guess = here + share * (unknowns - here)
             guess[index] = bound
-            normal = np.zeros(len(guess))
-            normal[index] = 1.0
-            at_bound = path.correct(guess, normal)
+            at_bound = path.correct(guess, np.eye(len(guess))[index])
             if at_bound is None or (
                 step > tolerances.PATH_MIN_STEP and float(np.linalg.norm(at_bound[0] - guess)) > step
             ):

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import lru_cache
+from operator import attrgetter
 from typing import Any, Final, Literal
 
 import numpy as np
@@ -21,6 +22,7 @@ from grazemap_core.continuation.parameters import ParameterOrbit, ParameterPoint
 from grazemap_core.continuation.tolerances import (
     END_REACHES,
     GRAZE_MARGIN,
+    LARGEST_MULTIPLIER,
     SPECIAL_POINT_RESIDUAL,
     UNIT_CIRCLE_DISTANCE,
     UNIT_CIRCLE_HALVINGS,
@@ -34,13 +36,13 @@ ORBITS_NOT_SOLVED: Final = (
 )
 NOT_ZERO: Final = "a test function changes its sign, but does not vanish to round-off"
 
-LARGEST_MULTIPLIER = 1e100
-"""Modulus above which a multiplier counts as infinite."""
-
 SpecialType = Literal["SN", "PD", "SB", "NS", "GR"]
 
 Test = Callable[[ContinuationPoint], float]
 """A test function, which changes its sign at a special point."""
+
+_fold_test: Final[Test] = attrgetter("fold_test")
+_doubling_test: Final[Test] = attrgetter("doubling_test")
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,14 +142,14 @@ class BranchSegment:
         points = [end] if end is not None else self._folds() if turns else []
         where = self.zero(_doubling_test, 0.0, self.end)
         if where is not None:
-            kind: SpecialType = "SB" if self.path.family.pattern.symmetric else "PD"
-            points.append((where, self._point(kind, where, self._doubt(_doubling_test, where))))
+            kind: SpecialType = "SB" if self.path.pattern.symmetric else "PD"
+            points.append(self._special(kind, _doubling_test, where))
         vanishing = self._vanishing_impacts()
         points += vanishing
         for low, high in self._between([where for where, _ in points]):
             where = self._pair_on_unit_circle(low, high)
             if where is not None:
-                points.append((where, self._point("NS", where, self._doubt(self._neimark_sacker_test, where))))
+                points.append(self._special("NS", self._neimark_sacker_test, where))
         points += self._further_contacts([where for where, _ in vanishing])
         return [point for _, point in sorted(points, key=lambda item: item[0])]
 
@@ -177,7 +179,7 @@ class BranchSegment:
         for test in (_fold_test, self._rise):  # where branches meet, the first test only touches zero
             where = self.zero(test, 0.0, self.end)
             if where is not None:
-                points.append((where, self._point("SN", where, self._doubt(test, where))))
+                points.append(self._special("SN", test, where))
                 if not points[-1][1].reason:
                     return points[-1:]
         return points[:1]
@@ -193,7 +195,7 @@ class BranchSegment:
         share = float(before @ before) / float(before @ (before - after))
         guess = halves.mean(self.first.unknowns + share * (self.second.unknowns - self.first.unknowns))
         other = halves.other()
-        normal = np.linalg.svd(other.equations(guess)[1])[2][-1]
+        normal = other.direction(guess)
         for reach in END_REACHES:
             sides = [other.correct(guess + side * reach * self.end * normal, normal) for side in (-1.0, 1.0)]
             if sides[0] is None or sides[1] is None:
@@ -205,7 +207,8 @@ class BranchSegment:
                 where = float(self.along @ (unknowns - self.first.unknowns))
                 self._known[where] = self.path.evaluate(unknowns)
                 kind: SpecialType = "PD" if halves.sign > 0.0 else "SB"
-                return where, self._point(kind, where, across._doubt(_doubling_test, there))
+                doubt = across._doubt(_doubling_test, there)
+                return where, special_point_at(self.path, self.at(where), kind, doubt)
         return None
 
     def _vanishing_impacts(self) -> list[Located]:
@@ -221,8 +224,7 @@ class BranchSegment:
             if where is not None:
                 # at the graze itself another contact may begin, and round-off would decide
                 admissible = any(self.at(side).admissible for side in self._beside(where))
-                reason = self._doubt(speed, where)
-                points.append((where, self._point("GR", where, reason, admissible=admissible, impact=i)))
+                points.append(self._special("GR", speed, where, admissible=admissible, impact=i))
         return points
 
     def _further_contacts(self, grazes: list[float]) -> list[Located]:
@@ -236,10 +238,10 @@ class BranchSegment:
             where = self.zero(_excess, low, high)
             if where is not None:
                 point = self.at(where)
-                whole = 2.0 * math.pi * self.path.family.pattern.multiple
+                whole = 2.0 * math.pi * self.path.pattern.multiple
                 phase = point.excess_phase - math.floor(point.unknowns[0] / whole) * whole
                 graze = {"admissible": True, "stop": point.excess_stop, "phase": phase}
-                points.append((where, self._point("GR", where, self._doubt(_excess, where), **graze)))
+                points.append(self._special("GR", _excess, where, **graze))
         return points
 
     def _between(self, places: list[float]) -> list[tuple[float, float]]:
@@ -265,9 +267,10 @@ class BranchSegment:
         left = abs(test(self.at(where))) / size if size > 0.0 else 0.0
         return "" if left <= SPECIAL_POINT_RESIDUAL else NOT_ZERO
 
-    def _point(self, kind: SpecialType, where: float, reason: str, **graze: Any) -> SpecialPoint:
-        """Return the special point at a distance, as `special_point_at`."""
-        return special_point_at(self.path, self.at(where), kind, reason, **graze)
+    def _special(self, kind: SpecialType, test: Test, where: float, **graze: Any) -> Located:
+        """Return the special point at a distance at which a test function changes its sign, as `special_point_at`."""
+        doubt = self._doubt(test, where)
+        return where, special_point_at(self.path, self.at(where), kind, doubt, **graze)
 
     def _neimark_sacker_test(self, point: ContinuationPoint) -> float:
         return neimark_sacker_test(point, self.path.count)
@@ -295,16 +298,8 @@ def special_point_at(
     )
 
 
-def _fold_test(point: ContinuationPoint) -> float:
-    return point.fold_test
-
-
-def _doubling_test(point: ContinuationPoint) -> float:
-    return point.doubling_test
-
-
 def _excess(point: ContinuationPoint) -> float:
-    return max(point.excess, -1.0)
+    return max(point.excess, -1.0)  # it is -inf where there is no maximum between the impacts
 
 
 def _outside(point: ContinuationPoint) -> int:

@@ -13,6 +13,10 @@ of the round-off that is allowed for."""
 PATH_NEWTON_STEPS: Final = 8
 """Newton steps from a predicted orbit; if more are needed, the step along the branch was too long."""
 
+PATH_LARGEST_STEP: Final = 1.0
+"""Newton step, in a path's units, from which on Newton's method leaves the predicted orbit: a phase by a radian, or a
+speed or parameter by its size. No step along a branch is longer (`pseudo_arclength.check_steps`)."""
+
 FAST_NEWTON_STEPS: Final = 4
 """Number of Newton steps, the one to round-off included, up to which the next step along the branch may be longer."""
 
@@ -73,5 +77,20 @@ steps of 0.05 and turns of up to `MIN_TANGENT_COSINE`, a curve is within a fourt
 DIFFERENCE: Final = 6e-6
 """Step of central differences, relative to a parameter: the cube root of a rounding, where both errors are small."""
 
-RECENT_STRUCTURES: Final = 4
-"""Structures whose modes are kept: that of the orbit at which the path is, and the two of a difference beside it."""
+RECENT_EQUATIONS: Final = 4
+"""Structures and frequencies of which a path keeps the equations: those of the orbit at which it is, and those of the
+two of a difference beside it."""
+
+LARGEST_MULTIPLIER: Final = 1e100
+"""Modulus from which on a multiplier counts as this number in a test function: products of two stay below overflow."""
+
+SEARCHED_SHARES: Final = (0.5, 0.25, 0.75)
+"""Shares of a window's sides at which a motion is searched for; at each frequency, all clearances are tried. A motion
+that exists nowhere on this grid is not found."""
+
+MIRRORED_ORBITS: Final = 9
+"""Orbits of a branch, from one end to the other, near whose mirror images another orbit is looked for. One of them on
+the part of the branch over which the other one exists is enough."""
+
+MOST_BRANCHES: Final = 4
+"""Maximum number of further branches that are followed. A pitchfork unfolds into two; it bounds the work."""

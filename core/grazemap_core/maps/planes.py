@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.arrays import Floats, Integers
-from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
 from grazemap_core.contact.stops import Clearance, both_clearances
 from grazemap_core.continuation.parameters import (
     PARAMETERS,
@@ -314,7 +313,7 @@ class PlaneRunner:
                 goes_on=after is not None and by_kernel,
             )
             state = runner.final_state(forced, conditions)
-            inherits = state is not None and not _is_captured(code[-1, 0])
+            inherits = state is not None and not lane_state.is_captured(code[-1, 0])
             after = SweepEnd(int(some[-1]), runner.end, state, inherits)
             codes.append(code)
             figures.append(figure)
@@ -390,8 +389,3 @@ def _check_point(oscillator: Oscillator, omega: float, clearance: Clearance) -> 
 
 def _point(values: ParameterPoint, oscillator: Oscillator) -> Point:
     return Point(values.applied(oscillator), values.omega, values.clearance)
-
-
-def _is_captured(code: Integers) -> bool:
-    """Return whether an orbit captured a trajectory, so that its end has no error; as in the kernels."""
-    return bool(code[lane_state.REASON] == RESOLVED and code[lane_state.UNVERIFIED] in (RESOLVED, ROUNDING_DECIDES))

@@ -62,8 +62,7 @@ from grazemap_core.model.harmonic_response import hidden_by_rounding
 from grazemap_core.model.impulse_response import impulse_response
 from grazemap_core.model.modal import ModalModel
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.numerics.jit.compiled import compile_for
-from grazemap_core.numerics.jit.inlining import PART_COMPILER
+from grazemap_core.numerics.jit.compiled import PART_COMPILER, compile_for
 from grazemap_core.orbits.kernels.verification import ImpulseBlocks, verification_scratch
 from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.kernels.period_detection import stroboscopic_history

@@ -12,5 +12,5 @@ maxima of trigonometric polynomials.
 - `trig_maxima`: the highest maxima of a trigonometric polynomial, also while its coefficients change.
 - `jit.compiled`: the decorators of kernels, `kernel`, `fused_kernel`, `inlined` and `fused_inlined`.
 - `jit.record_references`: named tuples of arrays passed by reference between kernels.
-- `jit.inlining`: kernels compiled into their callers.
+- `jit.lane_values`: numbers and records that lanes share or have for themselves.
 """

@@ -11,7 +11,24 @@ TAYLOR_DEGREE: Final = 18
 below 1/19! = 8e-18 of the amplitude of a mode; the contact test adds a bound of it nevertheless."""
 
 QR_STEPS: Final = 60
-"""Maximum number of QR steps for one eigenvalue; two or three are usual, and every tenth has an exceptional shift."""
+"""Maximum number of QR steps for one eigenvalue; two or three are usual."""
+
+EXCEPTIONAL_SHIFT: Final = 10
+"""Number of QR steps for one eigenvalue after which an exceptional shift is used, as in LAPACK."""
+
+PRODUCT_BY_ROWS: Final = 24
+"""Size of a matrix from which on products are computed row by row, in vectors. The compiler makes none of smaller ones,
+whose preparations would cost several times as much."""
+
+MAX_DEPTH: Final = 60
+"""Maximum number of halvings of [0, 1], which bounds the memory for pieces; after 50 they are of the size MIN_WIDTH."""
+
+SHORT_DEPTH: Final = 6
+"""Maximum number of halvings in a search on the first terms alone: beyond it the full series decides faster."""
+
+UNDECIDED_ERRORS: Final = 4.0
+"""Largest coefficient of a piece, in units of their error, at which the piece is not halved further: the distance is
+zero to within a few errors on all of it. What is left undecided is reported, so a larger number misses no contact."""
 
 ROOT_STEPS: Final = 100
 """Newton or bisection steps for a zero in a bracket: bisection alone needs 53 for a double, so it is never reached."""

@@ -17,23 +17,16 @@ from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.proofs.certificates import Attempt, Document, ProofSearch, Undecided, decimals, exact_inputs, inputs
 from grazemap_core.proofs.orbits import as_admitted, orbit_theorem
 from grazemap_core.proofs.simulation import ProvenImpact, Simulation
-
-MAX_PERIOD = 32
-"""Largest period of an orbit that is looked for."""
-REPEATED = 1e-3
-"""Relative difference up to which impacts count as repeated."""
-FIRST_PERIODS = 16
-"""Periods of the forces after which an orbit is first looked for; then after 1.5 times as many, again and again."""
-SIZE_EXPONENTS = range(2, 17)
-"""Negative powers of ten that are tried as the size of the ball, in units of the clearance."""
-BITS_PER_IMPACT = 2
-"""Bits of precision for each impact of the transient; about one is lost."""
-TIME_DIGITS = 25
-"""Digits of the transient's impact times, which the checker refines."""
-NORM_DIGITS = 12
-"""Digits of the norm's matrix."""
-SQUARINGS = 60
-"""Squarings of the return map's derivative in the norm of a ball, the sum of D^T^n D^n."""
+from grazemap_core.proofs.tolerances import (
+    BALL_EXPONENTS,
+    BITS_PER_IMPACT,
+    FIRST_PERIODS,
+    MAX_PERIOD,
+    NORM_DIGITS,
+    REPEATED,
+    SQUARINGS,
+    TIME_DIGITS,
+)
 
 
 def prove_attraction(search: ProofSearch, request: Document) -> Iterator[Attempt]:
@@ -74,8 +67,7 @@ def repeated(impacts: list[ProvenImpact], turn: float, omega: float) -> Iterator
         late = times[-count:] - times[-2 * count : -count] - n * turn
         change = speeds[-count:] - speeds[-2 * count : -count]
         if same and np.all(np.abs(late) < REPEATED * turn) and np.all(np.abs(change) < REPEATED * np.abs(speeds).max()):
-            sequence = ImpactSequence.create(n, stops[-count:], omega * times[-count:], speeds[-count:])
-            yield sequence
+            yield ImpactSequence.create(n, stops[-count:], omega * times[-count:], speeds[-count:])
             return
 
 
@@ -110,7 +102,7 @@ def _ball(problem: BoundaryProblem) -> tuple[str, arb_mat]:
         norm, power = (norm + power.transpose() * norm * power).mid(), (power * power).mid()
     gaps = [abs(float(gap)) for gap in run.system.gaps.values() if gap is not None]
     clearance = math.floor(math.log10(max(gaps)))
-    for exponent in SIZE_EXPONENTS:
+    for exponent in BALL_EXPONENTS:
         size = f"1e{clearance - exponent}"
         try:
             if contracts(problem, problem.centre, norm, exact(size)):

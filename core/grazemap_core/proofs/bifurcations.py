@@ -1,4 +1,8 @@
-"""Theorems on bifurcations: saddle-nodes, period doublings, symmetry breakings and grazes over one parameter."""
+"""Theorems on bifurcations over one parameter, and on codimension-two points of the grazing curve.
+
+Bifurcations are saddle-nodes, period doublings, symmetry breakings and grazes. Codimension-two points are simple zeros
+of the impulse response and of its sums.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +10,13 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
+from flint import arb
 
+from grazemap.checker.arithmetic import exact
 from grazemap.checker.orbits import BoundaryProblem
 from grazemap.checker.reading import RADIUS
 from grazemap.checker.system import Inputs
+from grazemap.checker.theorems import impulse
 from grazemap_core.arrays import Floats
 from grazemap_core.continuation.branch_switching import as_on_curve
 from grazemap_core.continuation.branches import orbit_branch
@@ -25,9 +32,11 @@ from grazemap_core.proofs.certificates import (
     decimals,
     exact_inputs,
     inputs,
+    refine,
     text,
 )
 from grazemap_core.proofs.orbits import as_admitted, refined, sequence_theorem, starting_sequence
+from grazemap_core.proofs.tolerances import DOUBLE_DIGITS, MORE_DIGITS, SIGN_SAMPLES
 
 
 def prove_bifurcation(search: ProofSearch, request: Document) -> Iterator[Attempt]:
@@ -89,3 +98,33 @@ def _perturbation(search: ProofSearch, numbers: Inputs, theorem: Document, kind:
     critical = problem.critical * np.eye(len(rows))
     vector: Floats = np.linalg.svd(np.array([[float(x) for x in row] for row in rows]) - critical)[2][-1]
     return vector
+
+
+def prove_codimension_two(search: ProofSearch, request: Document) -> Iterator[Attempt]:
+    """Yield the theorem on the first zero that is found in the range of frequencies.
+
+    Where the maxima of the steady motion are not distinguished, the second statement is on the zero alone.
+    """
+    statement: Document = {name: request[name] for name in ("type", "order", "range", "stop") if name in request}
+
+    def function(unknowns: list[arb]) -> list[arb]:
+        return [impulse(search.machine, request["type"], unknowns[0], request["order"])]
+
+    low, high = (exact(bound) for bound in request["range"])
+    places = [low + (high - low) * k / SIGN_SAMPLES for k in range(SIGN_SAMPLES + 1)]
+    values = [function([place])[0] for place in places]
+    changes = [k for k in range(SIGN_SAMPLES) if values[k] * values[k + 1] < 0]
+    if not changes:
+        raise Undecided(f"no change of sign was found at {SIGN_SAMPLES + 1} frequencies of the range")
+    near, share = changes[0], values[changes[0]] / (values[changes[0]] - values[changes[0] + 1])
+    start = decimals([places[near] + share * (high - low) / SIGN_SAMPLES], DOUBLE_DIGITS)[0]
+    theorem = refine(
+        search,
+        {"value": start},
+        lambda now: ([exact(now["value"])], function),
+        lambda now, unknowns: now | {"value": decimals(unknowns, search.digits + MORE_DIGITS)[0]},
+    )
+    yield Attempt(statement, "proven", theorem)
+    if "stop" in statement:
+        del statement["stop"]
+        yield Attempt(statement, "proven", theorem)

@@ -1,23 +1,28 @@
-"""Certificates: the exact inputs of oscillators and statements as decimals."""
+"""Certificates: the exact inputs of oscillators and statements as decimals, and solutions with many digits."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 from flint import arb
 
+from grazemap.checker.arithmetic import column, quotients
 from grazemap.checker.reading import INPUTS, VARIED, fields
 from grazemap.checker.system import Inputs, Machine
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.stops import Clearance
 from grazemap_core.model.chain import Chain, matrix_of_links
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.proofs.tolerances import BITS_LOST, BITS_PER_DIGIT, LARGEST_STEP, LAST_STEP, NEWTON_STEPS
 from grazemap_core.records import NamedTuple, dataclass
 
 Document = dict[str, Any]
+
+Equations = tuple[list[arb], Callable[[list[arb]], list[arb]]]
+"""The unknowns at the start, and the function that vanishes."""
 
 
 class Undecided(Exception):
@@ -38,7 +43,7 @@ class ProofSearch:
     @property
     def bits(self) -> int:
         """Precision of the arithmetic: that of the enclosures, and what Newton's method and impacts lose."""
-        return int(3.33 * self.digits) + 128
+        return int(BITS_PER_DIGIT * self.digits) + BITS_LOST
 
 
 class Attempt(NamedTuple):
@@ -149,3 +154,28 @@ def core_clearance(clearance: Any) -> Clearance:
 def exact_inputs(statement: Document) -> Inputs:
     """Return frequency, clearances and restitutions of a statement as numbers."""
     return Inputs.of(fields(INPUTS)({name: statement[name] for name in INPUTS}, "the statement"))
+
+
+def refine(
+    search: ProofSearch,
+    theorem: Document,
+    equations: Callable[[Document], Equations],
+    renewed: Callable[[Document, list[arb]], Document],
+) -> Document:
+    """Return a theorem renewed with a solution that is accurate to more digits than the enclosures need."""
+    for _ in range(NEWTON_STEPS):
+        start, function = equations(theorem)
+        # of the box, relative to the largest unknown
+        radius = arb(10) ** -search.digits * max(abs(x).abs_upper() for x in start)
+        values, rows = quotients(function, start, radius)
+        try:
+            step = rows.mid().solve(column(values).mid(), algorithm="approx").entries()
+        except ZeroDivisionError:
+            raise Undecided("the equations are singular near the starting point") from None
+        theorem = renewed(theorem, [(x - dx).mid() for x, dx in zip(start, step, strict=True)])
+        largest = max(abs(dx).abs_upper() for dx in step)
+        if not largest < LARGEST_STEP * max(abs(x) for x in start):
+            break
+        if largest < radius * LAST_STEP:
+            return theorem | {"radius": radius.str(1, radius=False)}
+    raise Undecided("Newton's method does not converge from the starting point")

@@ -20,17 +20,16 @@ from grazemap_core.orbits.search import explicit_sequences, sequence_of_stops
 from grazemap_core.proofs.certificates import (
     Attempt,
     Document,
+    Equations,
     ProofSearch,
     Undecided,
     core_clearance,
     decimals,
     exact_inputs,
     inputs,
+    refine,
 )
-from grazemap_core.proofs.refinement import Equations, refine
-
-WIDER = 1.01
-"""Size of the box in which an orbit is shown to be the only one, over that of the states that a statement admits."""
+from grazemap_core.proofs.tolerances import DOUBLE_DIGITS, MORE_DIGITS, RADIUS_DIGITS, WIDER
 
 
 def starting_sequence(search: ProofSearch, request: Document) -> ImpactSequence:
@@ -106,7 +105,7 @@ def sequence_theorem(
         for stop, time, speed in zip(stops.tolist(), times.tolist(), speeds.tolist(), strict=True)
     ]
     state = system.periodic_state(arb(theorem["section"]), arb(turns), sign, contacts)
-    return theorem | {"state": decimals(state.entries(), 20)} | ({} if value is None else {"value": value})
+    return theorem | {"state": decimals(state.entries(), DOUBLE_DIGITS)} | ({} if value is None else {"value": value})
 
 
 def refined(search: ProofSearch, numbers: Inputs, theorem: Document, bifurcation: str | None = None) -> Document:
@@ -118,10 +117,10 @@ def refined(search: ProofSearch, numbers: Inputs, theorem: Document, bifurcation
 
     def renewed(now: Document, unknowns: list[arb]) -> Document:
         problem = BoundaryProblem(search.machine, numbers, now, bifurcation)
-        texts = decimals(unknowns, search.digits + 6)
+        texts = decimals(unknowns, search.digits + MORE_DIGITS)
         size, others = len(problem.state), len(problem.state) + len(problem.names)
         times = problem.run(unknowns, checked=False).times
-        new = {"state": texts[:size], "times": decimals(times, search.digits + 6)}
+        new = {"state": texts[:size], "times": decimals(times, search.digits + MORE_DIGITS)}
         if problem.direction:
             new["direction"] = texts[others:]
         return now | dict(zip(problem.names, texts[size:], strict=False)) | new
@@ -164,4 +163,4 @@ def _only_orbit(search: ProofSearch, numbers: Inputs, statement: Document, impac
     problem = BoundaryProblem(search.machine, numbers, theorem)
     _, states = motions_of_box(problem, STATEMENTS["orbit"](statement, "the statement"))
     reach = max((abs(x - middle).abs_upper() for x, middle in zip(states, problem.state, strict=True)), key=float)
-    return theorem | {"radius": (WIDER * reach).str(4, radius=False)}
+    return theorem | {"radius": (WIDER * reach).str(RADIUS_DIGITS, radius=False)}

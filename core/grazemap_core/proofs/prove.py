@@ -13,10 +13,10 @@ from grazemap.checker.system import Machine
 from grazemap_core.errors import CoreError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.proofs.attraction import prove_attraction
-from grazemap_core.proofs.bifurcations import prove_bifurcation
+from grazemap_core.proofs.bifurcations import prove_bifurcation, prove_codimension_two
 from grazemap_core.proofs.certificates import Attempt, Document, ProofSearch, Undecided, exact_oscillator
-from grazemap_core.proofs.codimension_two import prove_codimension_two
 from grazemap_core.proofs.orbits import prove_orbit
+from grazemap_core.proofs.tolerances import DOUBLINGS
 from grazemap_core.records import NamedTuple
 
 PROOF_ATTEMPTS: dict[str, Callable[[ProofSearch, Document], Iterator[Attempt]]] = {
@@ -25,8 +25,6 @@ PROOF_ATTEMPTS: dict[str, Callable[[ProofSearch, Document], Iterator[Attempt]]] 
     "bifurcation": prove_bifurcation,
     "codimension-two": prove_codimension_two,
 }
-DOUBLINGS = 3
-"""Numbers of digits tried, each twice the one before."""
 
 
 class Proof(NamedTuple):

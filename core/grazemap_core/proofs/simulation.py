@@ -16,16 +16,19 @@ from grazemap.checker.arithmetic import column
 from grazemap.checker.system import System
 from grazemap_core.arrays import Floats
 from grazemap_core.proofs.certificates import Undecided
+from grazemap_core.proofs.tolerances import (
+    BISECTIONS,
+    IMPACT_BITS,
+    IMPACT_STEPS,
+    SERIES_SAMPLES,
+    SERIES_STEP,
+    TAYLOR_TERMS,
+)
 from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.tolerances import SHORTEST_FLIGHT
 
-TAYLOR_TERMS = 30
-SERIES_STEP = 2.0
-"""Length of a step of the series, in units of the equations' or the forcing's time scale, the shorter."""
-SAMPLE_TIMES = np.linspace(0.0, 1.0, 65)
+SAMPLE_TIMES = np.linspace(0.0, 1.0, SERIES_SAMPLES)
 POWERS = np.vander(SAMPLE_TIMES, TAYLOR_TERMS, increasing=True)
-BISECTIONS = 40
-"""Halvings of the interval between two samples, to about the rounding of the series."""
 
 
 class ProvenImpact(NamedTuple):
@@ -98,14 +101,14 @@ class Simulation:
         """Solve for the time of a contact, and go to the state after it."""
         system, gap = self.system, stop * self.system.gap(stop)
         taken = (self.length * where).mid()
-        for _ in range(60):
+        for _ in range(IMPACT_STEPS):
             state = (system.flow(taken) * self.state).mid()
             speed = (system.rows * state)[1, 0]
             if speed == 0:
                 raise Undecided("rests")
             step = (((system.rows * state)[0, 0] - gap) / speed).mid()
             taken = (taken - step).mid()
-            if abs(step) < self.length * arb(2) ** (40 - self.bits):
+            if abs(step) < self.length * arb(2) ** (IMPACT_BITS - self.bits):
                 break
         else:
             raise Undecided("an impact of the transient is too close to a graze")

@@ -7,7 +7,6 @@ from scipy.special import comb
 from grazemap_core.numerics.kernels.bernstein import (
     BECOMES_NEGATIVE,
     GRAZE_UNDECIDED,
-    MAX_DEPTH,
     STACK_SHAPE,
     STAYS_POSITIVE,
     first_negative,
@@ -22,8 +21,8 @@ def isolate(taylor: np.ndarray, error: float = 1e-13, short: int | None = None) 
         short or len(taylor) - 1,
         error,
         np.zeros(STACK_SHAPE),
-        np.zeros(MAX_DEPTH + 2),
-        np.zeros(MAX_DEPTH + 2),
+        np.zeros(STACK_SHAPE[0]),
+        np.zeros(STACK_SHAPE[0]),
     )
 
 

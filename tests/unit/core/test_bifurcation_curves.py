@@ -11,7 +11,6 @@ import pytest
 from grazemap_core.continuation.bifurcation_curves import BifurcationProblem, bifurcation_curve
 from grazemap_core.continuation.branches import orbit_branch
 from grazemap_core.grazing.grazing_curve import grazing_curve
-from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from tests.support.orbits import in_window, orbit_on, random_chain, sixteen_impacts, start, tangent_flow, two_impacts
 from tests.support.oscillators import DEFAULT
@@ -124,7 +123,7 @@ def test_the_gradient_of_a_condition_is_that_of_the_smallest_singular_value(stop
     branch = orbit_branch(DEFAULT, orbit, 1.3, 1.95, "clearance")
     point = next(special for special in branch.special_points if special.type == kind and special.status == "converged")
     impacts = point.impacts
-    path = BifurcationProblem(OrbitFamily.of(DEFAULT, impacts.period, impacts.symmetric), point, impacts.stops, None)
+    path = BifurcationProblem(DEFAULT, point, impacts, None)
     place = path.unknowns(impacts, path.fixed)
     place = place + 1e-4 * np.sin(1.0 + np.arange(len(place)))
 

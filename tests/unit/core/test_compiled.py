@@ -21,8 +21,7 @@ from numba.core.errors import TypingError
 
 import grazemap_core
 from grazemap_core.numerics.jit import compiled
-from grazemap_core.numerics.jit.inlining import Kernel
-from grazemap_core.numerics.jit.kernel_pointers import PointerKernel
+from grazemap_core.numerics.jit.compiled import Kernel, PointerKernel
 from grazemap_core.numerics.jit.record_references import reference
 
 MODULES = [

@@ -18,6 +18,7 @@ from grazemap_core.continuation.parameters import PARAMETERS, Parameter, Paramet
 from grazemap_core.continuation.special_points import SpecialPoint
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.grazing_curve import VariedStop
+from grazemap_core.grazing.one_impact_family import Pattern
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.explicit_orbits import OneImpactOrbits
@@ -40,7 +41,6 @@ def test_derivatives_with_respect_to_every_parameter(seed: int) -> None:
     right, left = 0.6, 0.6 if seed % 2 else 0.8
     if seed == 1:
         oscillator = dataclasses.replace(oscillator, restitution_left=None)
-    family = OrbitFamily.of(oscillator, 1, False)
     values = ParameterPoint.of(oscillator, 0.9, (right, left))
     impacts = ImpactSequence.create(1, [1, -1, 1], [0.3, 1.1, 2.4], random.normal(size=3))
     checked = 0
@@ -50,7 +50,7 @@ def test_derivatives_with_respect_to_every_parameter(seed: int) -> None:
         except ParameterError:  # of both stops, which differ
             continue
         checked += 1
-        path = ContinuationProblem(family, np.array([1, -1, 1]), (name,), values)
+        path = ContinuationProblem(oscillator, Pattern(1, False), np.array([1, -1, 1]), (name,), values)
         unknowns = path.unknowns(impacts, values)
         unknowns[-1] += 0.01
         derivatives = path.of_orbit(unknowns)[1]

@@ -103,6 +103,21 @@ def test_the_folder_stays_when_numba_reads_its_settings_again(tmp_path: Path) ->
     assert outside(folders, tmp_path) == []
 
 
+def test_functions_of_others_keep_the_cache_that_numba_gives_them(tmp_path: Path) -> None:
+    (tmp_path / "of_user.py").write_text("import numba\n\n@numba.njit(cache=True)\ndef half(x):\n    return 0.5 * x\n")
+    code = "import numba, sys; sys.path.insert(0, sys.argv[1]); {}import of_user; of_user.half(1.0); " + (
+        "print(numba.config.CACHE_DIR, of_user.half._cache.cache_path)"
+    )
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "kept")}
+    places = []
+    for first in ("", "import grazemap_core; "):
+        command = [sys.executable, "-c", code.format(first), tmp_path]
+        run = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+        places.append(run.stdout)
+    assert places[0] == places[1]
+    assert str(tmp_path / "kept") in places[0]
+
+
 # Calls two kernels that compile quickly, each for a type of its own, and prints what was compiled.
 CALLS = """
 import sys, time

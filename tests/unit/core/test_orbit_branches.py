@@ -14,8 +14,8 @@ from grazemap_core.continuation.continuation_problem import ContinuationProblem
 from grazemap_core.continuation.special_points import ORBITS_NOT_SOLVED, BranchSegment
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.codimension_two import codimension_two_points
+from grazemap_core.grazing.one_impact_family import Pattern
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
@@ -123,8 +123,8 @@ def test_test_functions_too_small_to_be_multiplied_are_compared_correctly():
 def test_a_special_point_between_orbits_that_are_not_solved_for_says_so(monkeypatch):
     branch = orbit_branch(DEFAULT, default_orbit("1-2r-2l"), 1.3, 1.7)
     place = next(point.segment for point in branch.special_points if point.type == "GR")
-    family = OrbitFamily.of(DEFAULT, branch.period, branch.symmetric)
-    path = ContinuationProblem(family, branch.stops, ("clearance",), branch.points[0])
+    pattern = Pattern(branch.period, branch.symmetric)
+    path = ContinuationProblem(DEFAULT, pattern, branch.stops, ("clearance",), branch.points[0])
     numbers = zip(branch.phases[place : place + 2], branch.velocities[place : place + 2], strict=True)
     impacts = [ImpactSequence(branch.period, branch.stops, *each, branch.symmetric) for each in numbers]
     first, second = (

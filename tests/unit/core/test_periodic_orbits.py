@@ -230,11 +230,9 @@ def test_the_test_functions_are_those_of_the_monodromy_matrix():
     """``prod v_i det(M -+ I)`` over that of the free flow, in units of omega and one length."""
     for oscillator, orbit in [(o, p) for o, _, p in random_orbits()] + [(DEFAULT, default_orbit("3-4r-4l"))]:
         values = ParameterPoint.of(oscillator, orbit.omega, orbit.clearance)
-        family = OrbitFamily.of(oscillator, orbit.impacts.period, orbit.impacts.symmetric)
-        path = ContinuationProblem(family, orbit.impacts.stops, ("clearance",), values)
-        unknowns = path.unknowns(orbit.impacts, values)
+        path, unknowns = ContinuationProblem.through(oscillator, orbit.impacts, "clearance", values)
         count, sign = len(orbit.impacts.stops), -1.0 if orbit.impacts.symmetric else 1.0
-        free = sign * np.linalg.eigvals(expm(first_order(oscillator) * family.pattern.spacing(orbit.omega)))
+        free = sign * np.linalg.eigvals(expm(first_order(oscillator) * path.pattern.spacing(orbit.omega)))
         impacting = orbit.multipliers if orbit.half_multipliers is None else orbit.half_multipliers
         point = path.evaluate(unknowns)
         for ours, mu in ((point.fold_test, 1.0), (point.doubling_test, -1.0)):

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from grazemap_core import codes
+from grazemap_core.maps.kernels.lane_state import CODES, REASON, UNVERIFIED, is_captured
 from grazemap_core.maps.map_settings import MapSettings, RunSettings
 from grazemap_core.maps.planes import Plane, PlaneRunner
 from grazemap_core.maps.unfolding import arrays_of, unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.orbits.impact_sequences import impacts_of
 from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.simulation.motion import KINDS, REASONS
@@ -168,3 +170,18 @@ def test_near_a_bifurcation_a_motion_is_not_called_stable() -> None:
         tile = unfolding_map_tile(Plane.of(DEFAULT, np.array([0.28]), np.sort(near)), MapSettings(400))
         one_one = (tile["period"] == 1) & (tile["impacts_right"] == 1) & (tile["impacts_left"] == 1)
         assert not (tile["verified"] & tile["symmetric"] & one_one)[1:3].any()
+
+
+def test_a_trajectory_is_captured_where_its_motion_is_named_and_round_off_does_at_most_decide() -> None:
+    """For kernels, which sweep a column, as for Python, which sweeps where points share no tables."""
+
+    @kernel
+    def in_kernel(row: np.ndarray) -> bool:
+        return is_captured(row)
+
+    row = np.zeros(CODES, dtype=np.int64)
+    for reason in range(codes.ROUNDING_DECIDES + 1):
+        for unverified in range(codes.ROUNDING_DECIDES + 1):
+            row[REASON], row[UNVERIFIED] = reason, unverified
+            expected = reason == codes.RESOLVED and unverified in (codes.RESOLVED, codes.ROUNDING_DECIDES)
+            assert is_captured(row) is in_kernel(row) is expected

@@ -25,9 +25,9 @@ import warnings
 {change}
 with warnings.catch_warnings(record=True) as caught:
     warnings.simplefilter("always")
-    from grazemap_core.numerics.jit import compiled, inlining
-assert inlining.PART_COMPILER is None
-(warning,) = [warning for warning in caught if warning.category is inlining.InliningWarning]
+    from grazemap_core.numerics.jit import compiled
+assert compiled.PART_COMPILER is None
+(warning,) = [warning for warning in caught if warning.category is compiled.InliningWarning]
 print(warning.message)
 """
 

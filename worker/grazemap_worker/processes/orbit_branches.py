@@ -116,14 +116,14 @@ def compute(request: OrbitBranchesRequest, report: Report) -> ClassDocument:
 
 def _observed(request: OrbitBranchesRequest, branch: OrbitBranch | None) -> Document:
     """Return the fields of observables and outputs of a branch, or of an empty branch."""
-    from grazemap_core.continuation.branch_observables import of_branch
+    from grazemap_core.continuation.branches import branch_observables
 
     wanted = core_observables(request)
     if wanted is None:
         return {}
     figures = np.zeros((0, wanted.count))
     if branch is not None:
-        figures = of_branch(core_oscillator(request.oscillator), branch, wanted)
+        figures = branch_observables(core_oscillator(request.oscillator), branch, wanted)
     return observed_document(request, figures.T)
 
 

@@ -2,5 +2,5 @@
 
 `map_borders` : every border of a map with its explanation.
 `regions` : connected points with one family of orbits, and the orbit at each of them.
-`motion_grid` : the grid of a map, the names of its motions, and distances in steps of the map.
+`motion_grid` : the grid of a map, and the names of its motions.
 """

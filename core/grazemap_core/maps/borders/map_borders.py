@@ -23,12 +23,12 @@ from numpy.typing import NDArray
 from grazemap_core.arrays import Booleans, Floats, Integers
 from grazemap_core.continuation.bifurcation_curves import BifurcationCurve, bifurcation_curve
 from grazemap_core.continuation.branches import OrbitPoint, orbit_branch
-from grazemap_core.continuation.motion_curves import followable
+from grazemap_core.continuation.motion_curves import distances_from_line, followable
 from grazemap_core.continuation.parameters import PARAMETERS, domain
 from grazemap_core.continuation.special_points import SpecialPoint
 from grazemap_core.errors import ConditioningError, SteadyMotionError
 from grazemap_core.maps import tolerances
-from grazemap_core.maps.borders.motion_grid import NO_NAME, GridPoint, MotionGrid, MotionName, nearest, positions
+from grazemap_core.maps.borders.motion_grid import NO_NAME, GridPoint, MotionGrid, MotionName, positions
 from grazemap_core.maps.borders.regions import NO_REGION, Region, Regions
 from grazemap_core.maps.plane_grazes import graze_lines, grazing_margins
 from grazemap_core.maps.planes import Axis, Plane
@@ -295,7 +295,7 @@ class _Explanation:
         middles = np.mean([self.pairs[i] for i in members], axis=1)
         across, up = self.grid.plane.horizontal.values, self.grid.plane.vertical.values
         line = np.stack([positions(up, curve.vertical), positions(across, curve.horizontal)], axis=1)
-        distance = nearest(line, curve.admissible, middles)
+        distance = distances_from_line(middles, line, curve.admissible)
         for i, apart in zip(members, distance.tolist(), strict=True):
             if apart <= tolerances.BORDER_REACH:
                 self.curve[i], self.distance[i] = len(self.curves) - 1, apart

@@ -1,4 +1,4 @@
-"""The grid of a map: the name of the motion at every point, and distances from curves in steps of the map."""
+"""The grid of a map, and the name of the motion at every point."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap_core.arrays import Booleans, Floats, Integers
+from grazemap_core.arrays import Floats, Integers
 from grazemap_core.codes import INFINITE, RESOLVED
 from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.errors import ParameterError
@@ -121,22 +121,6 @@ def positions(values: Floats, points: Floats) -> Floats:
     before = (points - values[0]) / (values[1] - values[0])
     after = len(values) - 1 + (points - values[-1]) / (values[-1] - values[-2])
     return np.select([points < values[0], points > values[-1]], [before, after], inside)
-
-
-def nearest(line: Floats, drawn: Booleans, places: Floats) -> Floats:
-    """Return the distances (p,) of points (p, 2) from a polyline (m, 2).
-
-    Segments of which neither end is drawn (m,) do not count. Infinite if no segment counts.
-    """
-    if len(line) == 1:
-        line, drawn = np.repeat(line, 2, axis=0), np.repeat(drawn, 2)
-    best = np.full(len(places), np.inf)
-    for k in np.flatnonzero(drawn[:-1] | drawn[1:]):
-        start, side = line[k], line[k + 1] - line[k]
-        length = float(side @ side)
-        share = np.clip((places - start) @ side / length, 0.0, 1.0) if length > 0.0 else np.zeros(len(places))
-        best = np.minimum(best, np.linalg.norm(places - start - share[:, None] * side, axis=1))
-    return best
 
 
 def _names(arrays: Mapping[str, NDArray[Any]], mirrored: bool) -> tuple[tuple[MotionName, ...], Integers]:

@@ -13,16 +13,17 @@ import math
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import field
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Final
 
 import numpy as np
 
 from grazemap_core.arrays import Booleans, Floats, Integers
 from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.contact.stops import has_odd_harmonics_only
 from grazemap_core.continuation.parameters import PARAMETERS
+from grazemap_core.continuation.point_equations import PointEquations
 from grazemap_core.errors import ParameterError
+from grazemap_core.grazing.one_impact_family import Pattern
 from grazemap_core.maps.borders.motion_grid import GridPoint, MotionGrid, MotionName
 from grazemap_core.maps.kernels.lane_state import SETTLED_AFTER
 from grazemap_core.maps.map_settings import BetweenStops, RunSettings, random_starts
@@ -34,10 +35,7 @@ from grazemap_core.maps.tolerances import (
     BORDER_STATES,
     SAME_SPEED,
 )
-from grazemap_core.model.equilibrium import contact_equilibrium
-from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.batches import solve_sequences
-from grazemap_core.orbits.family import OrbitFamily, forced, steady_size
 from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
 from grazemap_core.orbits.kernels.admissibility import NO_FURTHER_CONTACT
 from grazemap_core.orbits.kernels.equations import OrbitProblem
@@ -54,33 +52,16 @@ Structure = tuple[tuple[str, float], ...]
 _OF_GAPS: Final = ("clearance", "clearance_right", "clearance_left", "bias")
 
 
-class PointEquations:
-    """The equations at all points of a grid, set up once for each period, frequency, structure and size of the forces.
-
-    Symmetric motions have other equations than the rest.
-    """
+class GridEquations:
+    """The stops and the equations of orbits at the points of a grid."""
 
     def __init__(self, grid: MotionGrid) -> None:
         """Take the grid; the equations are set up on first use."""
-        self._grid = grid
-        self._odd = has_odd_harmonics_only(grid.plane.oscillator)
-        self._equilibrium = cache(lambda structure: contact_equilibrium(self._oscillator(structure)))
-        self._family = cache(self._new_family)
-        self._problem = cache(self._new_problem)
+        self._grid, self._equations = grid, PointEquations(grid.plane.oscillator)
 
     def stops(self, point: GridPoint) -> Stops:
         """Return the stops at a point."""
-        values = self._grid.parameters_at(point)
-        return values.stops(self._equilibrium(values.structure), self._odd)
-
-    def problem(self, period: int, symmetric: bool, point: GridPoint) -> OrbitProblem:
-        """Return the problem of a point. Errors are those of `OrbitFamily.of`."""
-        values = self._grid.parameters_at(point)
-        return self._problem(period, symmetric, values.structure, values.omega, values.forcing)
-
-    def _oscillator(self, structure: Structure) -> Oscillator:
-        """Return the oscillator with a structure, and the factors 1."""
-        return self._grid.plane.oscillator.with_structure(dict(structure))
+        return self._equations.stops(self._grid.parameters_at(point))
 
     @cached_property
     def _unit(self) -> float:
@@ -88,16 +69,11 @@ class PointEquations:
         rows, columns = ((0, size - 1) for size in self._grid.plane.shape)
         return max(self.stops(corner).unit for corner in itertools.product(rows, columns))
 
-    def _new_family(self, period: int, symmetric: bool, structure: Structure) -> OrbitFamily:
-        return OrbitFamily.of(self._oscillator(structure), period, symmetric)
-
-    def _new_problem(
-        self, period: int, symmetric: bool, structure: Structure, omega: float, forcing: float
-    ) -> OrbitProblem:
-        family = self._family(period, symmetric, structure)
-        steady = family.steady(omega)
-        length = max(forcing * steady_size(steady), self._unit)
-        return forced(family.problem(omega, length, steady), forcing)
+    def problem(self, pattern: Pattern, point: GridPoint) -> OrbitProblem:
+        """Return the equations at a point; raises as `PointEquations`."""
+        values = self._grid.parameters_at(point)
+        size = values.forcing * self._equations.steady_size(values, pattern)
+        return self._equations.problem(values, pattern, max(size, self._unit))
 
 
 class SolvedOrbits(NamedTuple):
@@ -125,10 +101,13 @@ class Region:
     """Whether the impacts are those of half the period."""
     grid: MotionGrid
     """The map."""
-    equations: PointEquations
+    equations: GridEquations
     """The equations of the orbits at the points of the map."""
     orbits: dict[GridPoint, tuple[Floats, Floats]] = field(default_factory=dict)
     """Phases and velocities of the impacts, (k,) each, by point."""
+
+    def _problem(self, point: GridPoint) -> OrbitProblem:
+        return self.equations.problem(Pattern(self.period, self.symmetric), point)
 
     def sequence(self, point: GridPoint) -> ImpactSequence:
         """Return the impacts at a point."""
@@ -136,7 +115,7 @@ class Region:
 
     def slowest_is(self, point: GridPoint, velocities: Floats) -> bool:
         """Return whether the slowest of the impacts with these velocities is that of the map at a point."""
-        stops, problem = self.equations.stops(point), self.equations.problem(self.period, self.symmetric, point)
+        stops, problem = self.equations.stops(point), self._problem(point)
         speed_unit = problem.omega * min(0.5 * (stops.right + stops.left), problem.length)
         apart = abs(float(np.min(np.abs(velocities))) - float(self.grid.slowest_impact[point]))
         return apart <= SAME_SPEED * speed_unit
@@ -161,7 +140,7 @@ class Region:
 
     def _solve(self, points: Sequence[GridPoint], guesses: Sequence[tuple[Floats, Floats]]) -> SolvedOrbits:
         """As `solve`, for points that differ in the gaps of the stops only."""
-        problem = self.equations.problem(self.period, self.symmetric, points[0])
+        problem = self._problem(points[0])
         phases = np.array([phases for phases, _ in guesses])
         velocities = np.array([velocities for _, velocities in guesses])
         first = self._sequence(phases[0], velocities[0])
@@ -197,7 +176,7 @@ class Regions:
         self.grid = grid
         self.number = np.full(grid.name_index.shape, NO_REGION, dtype=np.int64)
         self.items: list[Region] = []
-        self._equations = PointEquations(grid)
+        self._equations = GridEquations(grid)
         self._searched = 0
         self._report, self._done = report, 0
         self._solvable = np.array([name.solvable for name in grid.names] + [False])  # the last one: NO_NAME

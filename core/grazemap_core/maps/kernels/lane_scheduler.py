@@ -13,7 +13,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
 from grazemap_core.contact.kernels import runs
 from grazemap_core.contact.kernels.cells import free_reach
 from grazemap_core.contact.kernels.half_period import counted
@@ -30,6 +29,7 @@ from grazemap_core.maps.kernels.lane_state import (
     Column,
     begin_record,
     end_record,
+    is_captured,
     move_record,
     stops_in_row,
 )
@@ -150,7 +150,7 @@ def _start_trajectories(engine: Engine, column: Column, k: int, queued: int, use
             if ended != ENDED_EARLY:
                 copy_matrix(u, column.final_state)
                 stop = put_between_stops(problem, stops, u, ended == RESTS)
-                inherits = inherits or (queued > 0 and _inherits_error(column, queued - 1))
+                inherits = inherits or (queued > 0 and not is_captured(column.results.codes[queued - 1]))
             else:
                 for j in range(u.shape[0]):
                     for c in range(2):
@@ -170,14 +170,6 @@ def _start_trajectories(engine: Engine, column: Column, k: int, queued: int, use
             queued += 1
             used = max(used, (lane + LANE_BLOCK) // LANE_BLOCK * LANE_BLOCK)
     return queued, used
-
-
-@kernel
-def _inherits_error(column: Column, before: int) -> bool:
-    """Return whether a trajectory of a sweep starts with the error of the one before, which no orbit captured."""
-    codes = column.results.codes[before]
-    unverified = codes[lane_state.UNVERIFIED]
-    return not (codes[lane_state.REASON] == RESOLVED and unverified in (RESOLVED, ROUNDING_DECIDES))
 
 
 @kernel

@@ -8,13 +8,14 @@ from __future__ import annotations
 import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
+from grazemap_core.codes import RESOLVED, ROUNDING_DECIDES
 from grazemap_core.contact.kernels.runs import Run
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.maps.kernels.lane_tables import LANES, LaneModels
 from grazemap_core.maps.kernels.lane_tangents import LaneTangents
 from grazemap_core.maps.kernels.lanes import Lanes
 from grazemap_core.maps.tolerances import APPROACH
-from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.numerics.jit.compiled import inlined_formula, kernel
 from grazemap_core.numerics.jit.lane_values import record_of
 from grazemap_core.orbits.kernels.verification import VerificationScratch
 from grazemap_core.orbits.tolerances import MAX_VERIFIED_IMPACTS
@@ -271,3 +272,9 @@ def end_record(records: LaneRecords, lane: int) -> None:
     """Note that a lane has no trajectory."""
     records.trajectory[lane] = -1
     records.state[lane] = ENDING
+
+
+@inlined_formula
+def is_captured(codes: Integers) -> bool:
+    """Return whether an orbit captured the trajectory with these `TrajectoryResults.codes`: its end has no error."""
+    return bool(codes[REASON] == RESOLVED and codes[UNVERIFIED] in (RESOLVED, ROUNDING_DECIDES))

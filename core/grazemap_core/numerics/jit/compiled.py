@@ -1,4 +1,4 @@
-"""Decorators that compile kernels.
+"""Decorators that compile kernels, and what they make.
 
 A kernel takes arrays and numbers, and returns numbers or fills arrays; it does not allocate and does not raise. Kernels
 are compiled without numba's runtime, which counts the references to every array that is passed on or looked up in a
@@ -6,9 +6,17 @@ tuple, with atomic instructions; this took a quarter of the time of a map. Witho
 compile, nor does the assignment of an array to a slice, which may have to copy the source; use `copy_vector` and
 `copy_matrix`. Functions that allocate are compiled with `njit`.
 
-A kernel is compiled into the kernels that call it (`inlining`); it is compiled as a function of its own, and cached,
-when Python calls it. With a version of numba whose private interface is not known, a kernel is a function of `njit`,
-with numba's runtime.
+Numba generates machine code, with a wrapper for Python, for every function that a compiled function calls, and compiles
+it again in every caller. For kernels that call kernels, ten deep, this was two thirds of the compile time. Here a
+kernel that another one calls (a *part*) is compiled to LLVM's intermediate code only, and optimised together with the
+kernel that Python calls (a *whole*), whose machine code is cached. Parts that are compiled with `fastmath` are
+optimised before they are merged into a caller; otherwise their loops would not be vectorised. Therefore a loop over all
+lanes must be in a `fused_kernel` that is not inlined. In both no index counts from the end of an array: `a[i]` needs
+i >= 0. A *pointer* kernel is called by its address instead.
+
+This uses an undocumented interface of numba (`part_compiler`). With a version of numba that was not tested, or that
+lacks the interface, kernels are functions of `njit` that call one another, with numba's runtime, and a warning states
+the cost.
 
 The code of an `inlined` function is merged into each of its callers. A `fused` function may contract a product and a
 sum into one operation. Vectorised loops need this; it is not allowed where results must keep every rounding.
@@ -16,33 +24,145 @@ sum into one operation. Vectorised loops need this; it is not allowed where resu
 
 from __future__ import annotations
 
+import inspect
+import warnings
 from collections.abc import Callable
 from typing import Any, TypeVar
 
+import numba
 import numpy as np
-from numba import njit, typeof
+from numba import njit, typeof, types
+from numba.core import config
+from numba.extending import typeof_impl
 from numpy.typing import NDArray
 
-from grazemap_core.numerics.jit.inlining import INTERPRETED, PART_COMPILER, Kernel
-from grazemap_core.numerics.jit.kernel_pointers import PointerKernel
+from grazemap_core.numerics.jit.record_references import Reference
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
+INTERPRETED = bool(vars(config)["DISABLE_JIT"])
+"""Whether the environment variable NUMBA_DISABLE_JIT turns compilation off."""
+
+TESTED = ("0.68",)
+"""Versions of numba with whose private interface parts are tested."""
+
+COST = "kernels are compiled without parts, which takes about 1.8 times as long; maps are about 10 % slower"
+
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
 _FUSED: dict[str, Any] = {"fastmath": {"contract"}}
+_njit: Any = njit  # numba's type stubs omit private options and the options of wrappers
+
+
+class InliningWarning(RuntimeWarning):
+    """Kernels are compiled without parts."""
+
+
+def _compilers() -> tuple[Any, Any]:
+    """Return the compilers of parts and of wholes, or None, with a warning if numba's private interface may differ."""
+    if not numba.__version__.startswith(tuple(f"{version}." for version in TESTED)):
+        reason = f"numba {numba.__version__} is not a tested version ({', '.join(TESTED)})"
+    else:
+        try:
+            from grazemap_core.numerics.jit.part_compiler import KernelCompiler, PartCompiler
+        except (ImportError, AttributeError) as error:
+            reason = f"numba {numba.__version__} lacks what is known of it ({error})"
+        else:
+            return PartCompiler, KernelCompiler
+    warnings.warn(f"{reason}: {COST}", InliningWarning, stacklevel=2)
+    return None, None
+
+
+PART_COMPILER, KERNEL_COMPILER = (None, None) if INTERPRETED else _compilers()
+"""The compilers of parts and of wholes; None where kernels are compiled by numba's public interface alone."""
+
+
+class Kernel:
+    """A compiled function: a part when a kernel calls it, a whole when Python calls it."""
+
+    def __init__(self, function: Callable[..., object], options: dict[str, Any], interpreted: bool = False) -> None:
+        """Take the options of `njit`, and whether there is no whole: Python evaluates what it calls.
+
+        Compilation starts with the first call.
+        """
+        self.py_func = function
+        self.targetoptions = options = {**options, "_nrt": False}
+        wrappers = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+        self.part = _njit(pipeline_class=PART_COMPILER, **wrappers, **options)(function)
+        self.whole: Any = function
+        if not interpreted:
+            self.whole = _njit(cache=True, pipeline_class=KERNEL_COMPILER, **options)(function)
+
+    def __call__(self, *args: Any) -> Any:
+        """Call the compiled or cached whole, or the function itself where there is none."""
+        return self.whole(*args)
+
+
+@typeof_impl.register(Kernel)
+def _type_of_kernel(kernel: Kernel, _: Any) -> Any:
+    return types.Dispatcher(kernel.part)
+
+
+class _Address(types.WrapperAddressProtocol):
+    """The address of a kernel for arguments of certain types; it is compiled, or loaded, when a caller is called."""
+
+    def __init__(self, dispatcher: Any, signature: Any) -> None:
+        self._dispatcher, self._signature, self._pointer = dispatcher, signature, 0
+        self._numba_type_ = types.FunctionType(signature)  # numba would find it anew at every call
+
+    def signature(self) -> Any:
+        return self._signature
+
+    def __wrapper_address__(self) -> int:
+        if not self._pointer:
+            compiled = self._dispatcher.get_compile_result(self._signature)
+            self._pointer = compiled.library.get_pointer_to_function(compiled.fndesc.llvm_cfunc_wrapper_name)
+        return self._pointer
+
+
+class PointerKernel:
+    """A kernel that takes a reference to a named tuple and integers, and returns an integer; called by its address.
+
+    It is compiled apart from its callers and cached separately: two processes can compile kernel and caller in
+    parallel, and callers compiled for different types share it. A call costs a few nanoseconds more than that of a
+    kernel compiled into its caller, and is never inlined.
+    """
+
+    def __init__(self, function: Callable[..., int], options: dict[str, Any]) -> None:
+        """Take the options of `njit`; nothing is compiled."""
+        self.py_func = function  # this and `targetoptions` are named as in numba's dispatchers
+        if KERNEL_COMPILER is not None:
+            options = {**options, "_nrt": False, "pipeline_class": KERNEL_COMPILER}
+        self.targetoptions = options
+        self._dispatcher = _njit(cache=True, no_cpython_wrapper=True, **options)(function)
+        self._integers = len(inspect.signature(function).parameters) - 1
+        self._addresses: dict[type, _Address] = {}
+
+    def address(self, record: tuple[Any, ...]) -> Any:
+        """Return what a kernel takes as an argument and calls with a reference to `record` and integers.
+
+        The types are determined once per class, as this takes milliseconds. All records of a class must have arrays of
+        the same types, or numba refuses the call.
+        """
+        if INTERPRETED:
+            return self.py_func
+        if type(record) not in self._addresses:
+            signature = types.int64(Reference(typeof(record)), *[types.int64] * self._integers)
+            self._addresses[type(record)] = _Address(self._dispatcher, signature)
+        return self._addresses[type(record)]
+
+    def compile(self, record: tuple[Any, ...]) -> None:
+        """Compile the kernel, or load it, as `address` takes its record."""
+        if not INTERPRETED:
+            self.address(record).__wrapper_address__()
 
 
 def _compile(function: Function, interpreted: bool = False, **options: Any) -> Function:
     options |= _OPTIONS
     if INTERPRETED:
         return function
-    kernel: Any
     if PART_COMPILER is None:
-        kernel = njit(cache=True, **options)(function)
-    else:
-        kernel = Kernel(function, {**options, "_nrt": False}, interpreted)
-    compiled: Function = kernel
-    return compiled
+        return _njit(cache=True, **options)(function)  # type: ignore[no-any-return]
+    return Kernel(function, options, interpreted)  # type: ignore[return-value]  # called as the function is
 
 
 def kernel(function: Function) -> Function:

@@ -17,7 +17,7 @@ from __future__ import annotations
 import gc
 from typing import Any
 
-from grazemap_core.numerics.jit.inlining import PART_COMPILER
+from grazemap_core.numerics.jit.compiled import PART_COMPILER
 
 # Thresholds of `gc.set_threshold`: the collector runs rarely, and the memory grows by one in thirty.
 _GARBAGE = (100_000, 50, 1000)

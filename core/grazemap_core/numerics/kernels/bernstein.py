@@ -26,11 +26,8 @@ GRAZE_UNDECIDED = 2
 """No contact is certain, but somewhere the distance is zero to within its error: the stop may be touched or passed at a
 speed that is zero to within round-off."""
 
-MAX_DEPTH = 60
-"""Maximum number of halvings of [0, 1]."""
-SHORT_DEPTH = 6
-"""Maximum number of halvings in a search on the first terms alone: beyond it the full series decides faster."""
-STACK_SHAPE = (MAX_DEPTH + 2, tolerances.TAYLOR_DEGREE + 1)
+STACK_SHAPE = (tolerances.MAX_DEPTH + 2, tolerances.TAYLOR_DEGREE + 1)
+"""Shape of the stack of pieces that `first_negative` takes."""
 
 _binomial = np.ones((tolerances.TAYLOR_DEGREE + 1, tolerances.TAYLOR_DEGREE + 1))
 for _n in range(2, tolerances.TAYLOR_DEGREE + 1):
@@ -202,7 +199,7 @@ def first_negative(
     degree : of the series.
     short : degree of the polynomial that is searched, at most `degree`.
     error : bound on the rounding and truncation in any Bernstein coefficient.
-    stack, start, width : scratch of shapes STACK_SHAPE, (MAX_DEPTH + 2,), (MAX_DEPTH + 2,); overwritten.
+    stack, start, width : scratch of shapes STACK_SHAPE, (STACK_SHAPE[0],), (STACK_SHAPE[0],); overwritten.
 
     Returns
     -------
@@ -240,8 +237,9 @@ def first_negative(
             crossing = last_positive + (first_negative_at - last_positive) * piece[last_positive] / fall
             low, high = start[top], start[top] + width[top]
             return BECOMES_NEGATIVE, _polished_root(taylor, degree, low, high, low + width[top] * crossing / short)
-        unresolved = largest <= 4.0 * error or top >= MAX_DEPTH or width[top] <= tolerances.MIN_WIDTH
-        if not whole and (unresolved or top >= SHORT_DEPTH):
+        too_short = top >= tolerances.MAX_DEPTH or width[top] <= tolerances.MIN_WIDTH
+        unresolved = too_short or largest <= tolerances.UNDECIDED_ERRORS * error
+        if not whole and (unresolved or top >= tolerances.SHORT_DEPTH):
             return GRAZE_UNDECIDED, 1.0  # even at the end, as the omitted terms are far larger than round-off
         if unresolved:
             ends = start[top] + width[top] >= 1.0

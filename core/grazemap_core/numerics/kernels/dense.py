@@ -6,10 +6,7 @@ import math
 
 from grazemap_core.arrays import Floats
 from grazemap_core.numerics.jit.compiled import fused_kernel, kernel
-
-LARGE = 24
-"""Size from which on products are computed row by row, in vectors. The compiler makes none of smaller ones, whose
-preparations would cost several times as much."""
+from grazemap_core.numerics.tolerances import PRODUCT_BY_ROWS
 
 
 @kernel
@@ -54,7 +51,7 @@ def eliminate(system: Floats, size: int) -> float:
 def multiply(left: Floats, right: Floats, product: Floats) -> None:
     """Write the product of two square matrices of even size into a third one; each entry is summed in order."""
     size = product.shape[0]
-    if size >= LARGE:
+    if size >= PRODUCT_BY_ROWS:
         for row in range(size):
             _add_row(left[row], right, product[row], size)
         return
@@ -88,7 +85,7 @@ def _add_row(factors: Floats, rows: Floats, total: Floats, count: int) -> None:
 def add_transposed_product(left: Floats, right: Floats, total: Floats, sums: Floats) -> None:
     """Add ``left^T right``, which is symmetric, to a symmetric matrix of even size; `sums` (size,) is scratch."""
     size = total.shape[0]
-    if size >= LARGE:
+    if size >= PRODUCT_BY_ROWS:
         for row in range(size):
             _add_row(left[:, row], right, sums, row + 1)
             for column in range(row + 1):

@@ -16,14 +16,11 @@ import numpy as np
 
 from grazemap_core.arrays import Floats
 from grazemap_core.numerics.jit.compiled import kernel
-from grazemap_core.numerics.tolerances import QR_STEPS
+from grazemap_core.numerics.tolerances import EXCEPTIONAL_SHIFT, QR_STEPS
 from grazemap_core.tolerances import EPSILON
 
 QR_CONVERGED = 0
 QR_NOT_CONVERGED = 1
-
-EXCEPTIONAL_SHIFT = 10
-"""Number of QR steps for one eigenvalue after which an exceptional shift is used, as in LAPACK."""
 
 
 @kernel
