@@ -167,6 +167,7 @@ def rotated_entry(table: Floats, cell: int, angle: float) -> tuple[float, float]
     return re * c - im * s, im * c + re * s
 
 
+@kernel
 def advance_cell(problem: CellProblem, u: Floats, end: int) -> tuple[float, float]:
     """Carry a state over one whole cell, in place, and return q and q' at cell boundary `end`."""
     x = problem.steady_table[end, 1]
