@@ -49,7 +49,7 @@ from grazemap_core.maps.kernels.lane_errors import (
     steepest_impact,
 )
 from grazemap_core.maps.kernels.lane_tables import LANES, LaneModel, LaneModels
-from grazemap_core.maps.kernels.lanes import EVENT_ACCELERATION, Lanes, lane_stops, state_of_lane
+from grazemap_core.maps.kernels.lanes import EVENT_ACCELERATION, FREE, Lanes, lane_stops, state_of_lane
 from grazemap_core.maps.kernels.lockstep import Engine
 from grazemap_core.maps.kernels.tangent_batches import (
     BATCH,
@@ -183,11 +183,15 @@ def move_tangents(tangents: LaneTangents, source: int, target: int) -> None:
 @kernel
 def save_lane_starts(group: Lanes, tangents: LaneTangents, used: int) -> None:
     """Save the states of the lanes at the start of a half period."""
-    even, saved = group.even, tangents.even
+    even, saved, regime = group.even, tangents.even, group.regime
+    cursor, saved_cursor = group.contacts.cursor, tangents.contacts.cursor
     for c in range(even.shape[0] // LANES):
         copy_vector(saved[c * LANES : c * LANES + used], even[c * LANES : c * LANES + used])
     for lane in range(used):
-        copy_contact(contact_of_lane(tangents.contacts, lane), contact_of_lane(group.contacts, lane))
+        for c in range(4):
+            saved_cursor[lane, c] = cursor[lane, c]
+        if regime[lane] != FREE:  # few lanes are not
+            copy_contact(contact_of_lane(tangents.contacts, lane), contact_of_lane(group.contacts, lane))
 
 
 @kernel
