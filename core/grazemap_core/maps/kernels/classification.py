@@ -56,7 +56,6 @@ from grazemap_core.contact.kernels.runs import (
     contact_of_run,
     copy_contact,
 )
-from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.kernels.lane_errors import error_of, transient_growth_of
 from grazemap_core.maps.kernels.lane_state import ENDING, GROWING, REPEATING, SETTLING, Column
@@ -99,7 +98,10 @@ from grazemap_core.simulation.tolerances import CLOSING_FLOOR, CLOSING_GOAL, LIM
 
 
 class LaneView(NamedTuple):
-    """A lane that is classified, with what belongs to its trajectory."""
+    """A lane that is classified, with what belongs to its trajectory.
+
+    The stops are not here: kernels take them by value, and would be compiled again for a reference to them.
+    """
 
     lane: int
     """Its index."""
@@ -109,8 +111,6 @@ class LaneView(NamedTuple):
     """Half periods since the trajectory started."""
     model: LaneModel
     """The oscillator at its frequency."""
-    stops: Stops
-    """The stops."""
     codes: Integers
     """(CODES,) Receives the results, as `TrajectoryResults.codes`."""
     figures: Floats
@@ -137,7 +137,6 @@ def classify_lane(column: Column, lane: int, k: int, returned: int, closed: int)
             k,
             k - records.started[lane],
             record_of(column.models, lane),
-            lane_stops(group, lane),
             results.codes[trajectory],
             results.figures[trajectory],
         )
@@ -158,14 +157,14 @@ def _classify_settling(column: Column, view: LaneView, returned: int, closed: bo
     """Classify a lane that is SETTLING or GROWING. Returns whether its trajectory is finished."""
     task, group, lane, halves = column.task, column.group, view.lane, view.halves
     last = halves >= 2 * task.max_periods
-    problem, stops, reach = view.model.forced.free, view.stops, group.reach[lane]
+    problem, stops, reach = view.model.forced.free, lane_stops(group, lane), group.reach[lane]
     if group.status[lane] != OK or column.records.counted[lane] > SETTLING_IMPACTS:
         reason = TOO_MANY_IMPACTS if group.status[lane] == OK else reason_of_end(group.status[lane])
         _write_motion(view, unnamed(reason), -1, RESOLVED)
         return True
     farthest = reach + error_of(column.tangents.errors, lane)
     if is_free_for_ever(problem, stops, farthest, group.contacts.cursor[lane, ANCHOR]):
-        _write_free_motion(view)
+        _write_free_motion(view, stops.symmetric)
         _write_captured(column, view)
         return True
     motion = unnamed(NOT_CLOSED)
@@ -192,8 +191,8 @@ def _classify_approach(column: Column, view: LaneView, returned: int) -> bool:
         return False
     if returned % 2 == 1 and returned > column.task.max_period:
         return False
-    known = _is_near_orbit(column, lane, returned)
-    distance = orbit_nearby(view.model.forced.free, view.stops, column.history, lane, view.k, returned, known)
+    known, stops = _is_near_orbit(column, lane, returned), lane_stops(column.group, lane)
+    distance = orbit_nearby(view.model.forced.free, stops, column.history, lane, view.k, returned, known)
     if not np.isfinite(distance):
         return False
     verified = _verify(column, view, returned, max(distance, LIMIT_DISTANCE))
@@ -225,7 +224,7 @@ def _write_orbit(column: Column, view: LaneView, length: int, verified: Verifica
     view.codes[lane_state.UNVERIFIED] = NOT_CAPTURED
     view.codes[lane_state.SENSITIVE] = column.tangents.errors.sensitive[lane]
     column.records.near_orbit[lane] = verified.length
-    now = separation(problem, column.history, lane, view.k, length, view.stops.unit, np.inf)
+    now = separation(problem, column.history, lane, view.k, length, column.group.unit[lane], np.inf)
     closer = min(CAPTURE_RETRY / verified.ratio, CAPTURE_RETRY) * now
     if closer < CLOSING_FLOOR:  # round-off
         if goal[lane] <= CLOSING_GOAL:
@@ -241,8 +240,8 @@ def _keep_orbit(column: Column, view: LaneView, verified: Verification) -> None:
     final, scratch, trajectory = column.results.final, column.verification, column.records.trajectory[view.lane]
     if trajectory >= final.states.shape[0]:
         return
-    problem = view.model.forced.free
-    count, unit = verified.right + verified.left, problem.omega * unit_of_speeds(problem, view.stops)
+    problem, stops = view.model.forced.free, lane_stops(column.group, view.lane)
+    count, unit = verified.right + verified.left, problem.omega * unit_of_speeds(problem, stops)
     halves = 1 + verified.length % 2  # 2 for a symmetric orbit: half the period, and its mirror image after it
     impacts = final.impacts[trajectory]
     final.counts[trajectory] = halves * count
@@ -316,8 +315,8 @@ def _verify(column: Column, view: LaneView, length: int, distance: float) -> Ver
     if there is one. Otherwise they are compared to within about `distance` only, so the orbit must be within that
     distance.
     """
-    lane, k, group, scratch, stops = view.lane, view.k, column.group, column.verification, view.stops
-    problem, blocks = view.model.forced.free, view.model.blocks
+    lane, k, group, scratch = view.lane, view.k, column.group, column.verification
+    problem, blocks, stops = view.model.forced.free, view.model.blocks, lane_stops(group, lane)
     error = error_of(column.tangents.errors, lane)
     if not blocks.verifiable:
         return verify(problem, blocks, stops, Guess(plain(0), length, distance, error), scratch)
@@ -348,8 +347,10 @@ def _verify(column: Column, view: LaneView, length: int, distance: float) -> Ver
 def _guess_from_events(column: Column, view: LaneView, length: int) -> int:
     """Take the impacts of a lane in the last `length` half periods, and its state before, as `guess_from_record`."""
     _write_arrival(column, view, view.k - length)
-    events = column.group.events[view.lane][: column.group.contacts.cursor[view.lane, EVENT_COUNT]]
-    return guess_from_record(view.model.forced.free, view.stops, view.k, length, events, column.verification)
+    group, lane = column.group, view.lane
+    events = group.events[lane][: group.contacts.cursor[lane, EVENT_COUNT]]
+    problem, stops = view.model.forced.free, lane_stops(group, lane)
+    return guess_from_record(problem, stops, view.k, length, events, column.verification)
 
 
 @kernel
@@ -383,9 +384,9 @@ def _write_motion(view: LaneView, motion: NamedMotion, after: int, unverified: i
 
 
 @kernel
-def _write_free_motion(view: LaneView) -> None:
+def _write_free_motion(view: LaneView, symmetric: bool) -> None:
     """Write the steady motion without contacts, which attracts all others once no contact is possible any more."""
-    _write_motion(view, without_contacts(view.stops.symmetric), (view.halves + 1) // 2, RESOLVED)
+    _write_motion(view, without_contacts(symmetric), (view.halves + 1) // 2, RESOLVED)
     figures = view.figures
     figures[lane_state.MEAN_POSITION], figures[lane_state.MEAN_VELOCITY] = 0.0, 0.0
     figures[lane_state.LYAPUNOV] = _free_exponent(view.model.forced.free)
@@ -418,7 +419,7 @@ def _write_verified(view: LaneView, verified: Verification, after: int) -> None:
 @kernel
 def _write_mean(column: Column, view: LaneView, period: int) -> None:
     """Write the mean position and velocity of a motion that was named, with so many forcing periods."""
-    problem, unit = view.model.forced.free, view.stops.unit
+    problem, unit = view.model.forced.free, column.group.unit[view.lane]
     x, v = mean_section(problem, column.history, view.lane, view.k, period)
     view.figures[lane_state.MEAN_POSITION] = x / unit
     view.figures[lane_state.MEAN_VELOCITY] = v / (problem.omega * unit)
@@ -436,8 +437,8 @@ def _write_multiplier(view: LaneView, multiplier: float) -> None:
 @kernel
 def _write_growth(column: Column, view: LaneView) -> None:
     """Write what the growth along a lane implies, if it was measured to the end."""
-    problem, skipped = view.model.forced.free, column.task.growth_skipped
-    growth, exponent, error = growth_of_lane(problem, view.stops.unit, skipped, column.tangents, view.lane)
+    problem, lane, skipped = view.model.forced.free, view.lane, column.task.growth_skipped
+    growth, exponent, error = growth_of_lane(problem, column.group.unit[lane], skipped, column.tangents, lane)
     view.codes[lane_state.GROWTH] = growth
     view.figures[lane_state.LYAPUNOV] = exponent * problem.step * problem.cells
     view.figures[lane_state.LYAPUNOV_ERROR] = error * problem.step * problem.cells if np.isfinite(error) else np.nan

@@ -341,7 +341,7 @@ def _solve_flagged(engine: Engine, step: CellStep, used: int) -> int:
                 deferred = _defer_cell(group, lane, deferred, here)
                 continue
             rate = near[lane, runs.ANCHOR_RATE] * (0.5 * lane_value(steps, lane))
-            _put_at_start(second, filled, cursor[lane, runs.ANCHOR], near[lane, runs.ANCHOR_GAP], rate)
+            _put_at_start(second, filled, float(cursor[lane, runs.ANCHOR]), near[lane, runs.ANCHOR_GAP], rate)
         lane_of[filled] = lane
         second[second_pass.UNIT * WIDTH + filled] = unit[lane]
         second[second_pass.BOTH * WIDTH + filled] = gap[lane] + gap[LANES + lane]
