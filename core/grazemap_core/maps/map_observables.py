@@ -20,8 +20,8 @@ from grazemap_core.maps.kernels.lane_state import MAX_ORBIT_IMPACTS, TrajectoryR
 from grazemap_core.maps.kernels.observed_column import ObservedColumn, observe_column
 from grazemap_core.simulation.motion import KINDS, kinds_of
 from grazemap_core.simulation.observables import Observables, observed_outputs, whole_steady
-from grazemap_core.simulation.start import EVENTS, longer_record
-from grazemap_core.simulation.tolerances import AVERAGED_PERIODS
+from grazemap_core.simulation.start import longer_record
+from grazemap_core.simulation.tolerances import AVERAGED_PERIODS, EVENTS
 
 _OF_ORBIT = (reasons.RESOLVED, reasons.NOT_CAPTURED, reasons.ROUNDING_DECIDES)
 
@@ -61,12 +61,11 @@ def figures_of_column(
         rows=np.empty((MAX_ORBIT_IMPACTS, EVENT_COLUMNS + 2 * size)),
         before=np.zeros((size, 2)),
     )
-    done = 0
-    while True:
-        done = observe_column(forced, whole, partial, column, run, done)
-        if done == count:
-            return wanted.figures(column.contacts, column.outputs, structure.omega, column.periods)
+    done = observe_column(forced, whole, partial, column, run, 0)
+    while done < count:
         run = longer_record(run)
+        done = observe_column(forced, whole, partial, column, run, done)
+    return wanted.figures(column.contacts, column.outputs, structure.omega, column.periods)
 
 
 def _tasks(codes: Integers) -> tuple[Integers, Integers]:

@@ -24,6 +24,7 @@ from grazemap_core.simulation.tolerances import (
     BOUNCE_ANGLE,
     CHATTER_BITS,
     COARSE_BITS,
+    CONTACT_BRACKET,
     CONTACT_HALVINGS,
     CONTACT_NEWTON_STEPS,
     FINEST_ANGLE,
@@ -318,7 +319,7 @@ class MultiprecisionRun:
         if high <= low or gaps.min() > self._margin(width):
             return None
         if gaps[0] > flight.rounding and gaps[1] < -flight.rounding and slopes.max() + 0.5 * flight.bend * width < 0.0:
-            return arb(brentq(self._gap, low, high, (stop,), xtol=1e-15 * high, rtol=1e-15))
+            return arb(brentq(self._gap, low, high, (stop,), xtol=CONTACT_BRACKET * high, rtol=CONTACT_BRACKET))
         if width * self._modes.fastest < FINEST_ANGLE:
             return self._decide(stop, low, high)
         parts = np.linspace(low, high, SAMPLE_PARTS + 1)

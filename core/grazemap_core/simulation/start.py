@@ -34,14 +34,10 @@ from grazemap_core.errors import ParameterError
 from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.records import dataclass
-from grazemap_core.simulation.tolerances import LENGTH_ROUNDING
-from grazemap_core.tolerances import EPSILON
+from grazemap_core.simulation.tolerances import COORDINATE_ROUNDING, EVENTS, LENGTH_ROUNDING
 
 OUTSIDE = 2
 """Returned in place of a stop: the contact is beyond a stop."""
-
-EVENTS = 64
-"""Initial capacity of the record of a run, in events."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -243,7 +239,7 @@ def touched_stop(oscillator: Oscillator, clearances: tuple[float, float], displa
 def _contact_coordinate(oscillator: Oscillator, values: Floats) -> tuple[float, float]:
     """Return the contact coordinate of displacements, or its velocity, and the round-off of several terms."""
     terms = oscillator.contact * values
-    rounding = 2.0 * EPSILON * float(np.sum(np.abs(terms))) if np.count_nonzero(oscillator.contact) > 1 else 0.0
+    rounding = COORDINATE_ROUNDING * float(np.sum(np.abs(terms))) if np.count_nonzero(oscillator.contact) > 1 else 0.0
     return math.fsum(terms), rounding
 
 

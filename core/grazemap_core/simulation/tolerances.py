@@ -13,6 +13,10 @@ LENGTH_ROUNDING: Final = 16.0 * EPSILON
 """Length, relative to the sum of the moduli of its terms, up to which it is round-off and no unit of length: the gap of
 a stop at the equilibrium, whose place is a few roundings of a solution, or the distance of a state from its stop."""
 
+COORDINATE_ROUNDING: Final = 2.0 * EPSILON
+"""Round-off of a contact coordinate of several displacements, or of its velocity, relative to the sum of the moduli of
+its terms: four roundings, of both factors of a term, of their product and of the sum."""
+
 CLOSING_GOAL: Final = 1e-9
 """Largest distance of a return, in units of the clearance, at which the stroboscopic orbit counts as closed."""
 
@@ -83,6 +87,9 @@ MIN_ORBIT_EXTENT: Final = 1e-6
 
 ROUND_OFF_RETURNS: Final = 10
 """Returns without a decrease of the distance, once it is below CLOSING_FLOOR, after which it is round-off."""
+
+EVENTS: Final = 64
+"""Initial capacity of the record of a run, in events; it is made four times as large whenever it is full."""
 
 RECORD_BLOCK: Final = 64
 """Half periods of a transient after which its events are discarded, so that the record stays short."""
@@ -163,6 +170,9 @@ MOST_SUM_ROUNDING: Final = 1e-3
 LONGEST_ANGLE: Final = 100.0
 """Time since the origin of the exponentials, in the same units, after which the origin moves: the rounding of the
 arguments of the exponentials, 1e-16 of them, stays below SUM_ROUNDING."""
+
+CONTACT_BRACKET: Final = 1e-15
+"""Relative accuracy of the first approximation of the time of a contact, a few roundings of a double."""
 
 CONTACT_HALVINGS: Final = 20
 """Number of halvings of an interval shorter than FINEST_ANGLE around a slow impact, before Newton's method."""
