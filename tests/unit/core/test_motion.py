@@ -56,6 +56,13 @@ def test_planted_orbits_get_their_minimum_period(m: int, rate: float) -> None:
     assert least == 0.3
 
 
+def test_the_impacts_on_either_stop_are_told_apart() -> None:
+    points = spread(np.random.default_rng(5), 2)
+    outcome, k = first_named(lambda k: points[k % 2], lambda k: (1.0, float(k % 2), 0.3), halves=500)
+    assert k is not None
+    assert outcome[:5] == (codes.RESOLVED, 1, 2, 1, False)
+
+
 def test_slow_alternating_convergence_is_not_taken_for_a_doubled_period() -> None:
     rng = np.random.default_rng(1)
     point, away = spread(rng, 1)[0], spread(rng, 1)[0]
