@@ -13,10 +13,10 @@ from grazemap_core.contact.forced import forced_structures
 from grazemap_core.contact.kernels.runs import EVENT_COUNT, HALF, OK, TIME, UNDECIDED, new_run
 from grazemap_core.contact.stops import Clearance, stops_of
 from grazemap_core.contact.trajectory_models import trajectory_models
-from grazemap_core.grazing.steady_maxima import steady_motion
+from grazemap_core.grazing.grazing_curve import steady_motion
 from grazemap_core.model.equilibrium import contact_equilibrium
+from grazemap_core.model.harmonic_response import reference_response
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.model.resonant_modes import reference_response
 from grazemap_core.simulation.kernels.period_detection import record_half_period, stroboscopic_history
 from grazemap_core.simulation.kernels.recorded_run import run_recorded
 from tests.oracles.fifty_digits import digits

@@ -14,7 +14,7 @@ from scipy.linalg import eigvals
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.one_impact_family import before_impulse, periodic_sums
-from grazemap_core.grazing.return_maps import flow_of_blocks
+from grazemap_core.grazing.poincare_map import flow_of_blocks
 from grazemap_core.model.impulse_response import impulse_response
 from grazemap_core.model.modal import modal_model
 from grazemap_core.orbits.one_impact_branches import OneImpactBranch

@@ -14,7 +14,7 @@ from grazemap_core.model.oscillator import Oscillator
 
 def forced_response(oscillator: Oscillator, omega: ArrayLike) -> np.ndarray[Any, np.dtype[np.complex128]]:
     """``(K - w^2 M + i w C)^{-1} f``, (n, N), damped or not."""
-    return harmonic_amplitudes(oscillator, checked_omega(omega), oscillator.forces[0]).amplitudes
+    return harmonic_amplitudes(oscillator, checked_omega(omega), oscillator.forces[0])[:, :-1]
 
 
 def contact_amplitude(oscillator: Oscillator, omega: float) -> float:

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from grazemap_core.codes import ROUNDING_DECIDES
-from grazemap_core.contact.stops import Clearance, both_clearances, has_odd_harmonics_only
+from grazemap_core.contact.stops import Clearance, both_clearances
 from grazemap_core.grazing.grazing_curve import grazing_curve
 from grazemap_core.maps.kernels import lane_state
 from grazemap_core.maps.sensitive_points import Resolver
@@ -159,7 +159,7 @@ def exact_label(point: Point, bits: int) -> Label | None:
         length = 2.0 * np.pi / point.omega
         run.run(MOST_IMPACTS, (point.settled_after + QUIET) * length)
         gaps = effective_gaps(point.oscillator, *both_clearances(point.clearance))
-        alike = gaps[0] == gaps[1] and has_odd_harmonics_only(point.oscillator)
+        alike = gaps[0] == gaps[1] and point.oscillator.is_half_wave_symmetric
         alike = alike and point.oscillator.restitution_of(1) == point.oscillator.restitution_of(-1)
         return (1, 0, 0, alike) if not run.times or run.times[-1] < point.settled_after * length else None
     impacts = impacts_in_digits(point, digits, MOST_IMPACTS)

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats
-from grazemap_core.contact import tolerances
 from grazemap_core.contact.kernels.cell_factors import cell_length, tabulate_flow
 from grazemap_core.contact.kernels.cells import CellProblem, Forced, HeldProblem
 from grazemap_core.contact.reference_motion import (
@@ -19,20 +18,19 @@ from grazemap_core.contact.reference_motion import (
     reference_motion,
     whole_period,
 )
+from grazemap_core.contact.tolerances import (
+    CELL_REACH,
+    MAX_CELLS_PER_PERIOD,
+    MAX_TABLED_CELLS,
+    MIN_CELLS_PER_PERIOD,
+)
 from grazemap_core.contact.trajectory_models import TrajectoryModels, free_arrays
 from grazemap_core.errors import ParameterError
+from grazemap_core.model.harmonic_response import reference_response, resonant_modes
 from grazemap_core.model.modal import ModalModel
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.model.resonant_modes import reference_response, resonant_modes
 from grazemap_core.model.tolerances import HELD_RESONANT_GAIN
 from grazemap_core.records import dataclass
-
-MAX_CELLS_PER_PERIOD = 200_000
-"""Maximum number of cells per forcing period; a chain that needs more is too stiff for its forcing frequency.
-At the maximum a period of one trajectory takes about 10 ms, a point of a map with a thousand periods about 10 s."""
-
-MAX_TABLED_CELLS = 64
-"""Maximum number of cells of a tabulated flow; longer flows are composed of several."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,10 +106,9 @@ class ForcedStructure:
         factors = np.stack(
             [whole_period(np.exp(1j * (k * phase)) * half_period_phases(self.cells, k), k) for k in orders]
         )
-        acceleration = self._acceleration_at_rest(steady, exists)
         return HeldProblem(
             **self.models.held_arrays,
-            steady_table=real_and_imaginary(acceleration[:, None] * factors),
+            steady_table=real_and_imaginary(self._acceleration_at_rest[:, None] * factors),
             phase_factors=real_and_imaginary(factors),
             steady=real_and_imaginary(steady @ self.models.constrained.basis.T),
             free_steady=real_and_imaginary(self.steady[:, :, :size].reshape(len(self.steady), -1)),
@@ -137,12 +134,10 @@ class ForcedStructure:
                 exists = exists and bool(response.exists[0]) and not bool(np.any(resonant))
         return steady, exists
 
-    def _acceleration_at_rest(self, steady: Complexes, exists: bool) -> Complexes:
-        """Return the acceleration of a resting contact by each harmonic if it were released, at phase 0, (H,).
-
-        `steady` is the steady motion of the constrained structure, shape (H, N - 1).
-        """
-        oscillator, constrained = self.oscillator, self.models.constrained
+    @cached_property
+    def _acceleration_at_rest(self) -> Complexes:
+        """The acceleration of a resting contact by each harmonic if it were released, at phase 0, (H,)."""
+        oscillator, constrained, (steady, exists) = self.oscillator, self.models.constrained, self._held_steady
         result = np.zeros(len(steady), dtype=np.complex128)
         for h, harmonic in enumerate(oscillator.forces):
             force = complex(np.sum(oscillator.jump * harmonic.amplitudes(np.array([self.omega]))[0]))
@@ -193,9 +188,9 @@ def cells_per_period(models: Sequence[ModalModel], omega: float, order: int = 1)
         The fastest exponent is so much larger than omega that a period would need more than MAX_CELLS_PER_PERIOD cells.
     """
     fastest = max(model.fastest_exponent for model in models)
-    needed = 2.0 * math.pi * max(float(order), fastest / omega) / tolerances.CELL_REACH
+    needed = 2.0 * math.pi * max(float(order), fastest / omega) / CELL_REACH
     if not needed <= MAX_CELLS_PER_PERIOD:
         raise ParameterError(
             "omega", f"must be greater than the fastest exponent of the structure / {MAX_CELLS_PER_PERIOD // 6}"
         )
-    return 2 * math.ceil(max(needed, tolerances.MIN_CELLS_PER_PERIOD) / 2)
+    return 2 * math.ceil(max(needed, MIN_CELLS_PER_PERIOD) / 2)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -13,10 +13,9 @@ from grazemap_core.arrays import Booleans, Complexes, Floats
 from grazemap_core.contact.tolerances import CLEARED, HIGHEST_ERROR
 from grazemap_core.contact.trajectory_models import TrajectoryModels
 from grazemap_core.model.drive import Harmonic
-from grazemap_core.model.kernels.forced_flow import forced_block
+from grazemap_core.model.harmonic_response import modal_forcing, modal_steady, resonant_modes
+from grazemap_core.model.kernels.block_flow import forced_block
 from grazemap_core.model.modal import ModalModel
-from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.model.resonant_modes import modal_forcing, modal_steady, resonant_modes
 from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
 from grazemap_core.numerics.trig_maxima import highest_points, roundoff
 from grazemap_core.records import dataclass
@@ -163,8 +162,7 @@ def reference_motion(
         }
     parts = [
         _HarmonicPart.of(
-            oscillator,
-            model,
+            models,
             harmonic,
             steady[h],
             _CellGrid.of(harmonic, omega, step, cells),
@@ -174,17 +172,18 @@ def reference_motion(
         )
         for h, harmonic in enumerate(oscillator.forces)
     ]
+    boundaries = _totals(parts, [part.boundaries for part in parts])
     return {
-        "steady_table": np.concatenate([_total(parts, 0, "boundaries"), _total(parts, 1, "boundaries")[1:]]),
-        "half_start": np.stack([_total(parts, half, "boundaries")[0] for half in (0, 1)]),
+        "steady_table": np.concatenate([boundaries[0], boundaries[1][1:]]),
+        "half_start": np.stack([boundaries[0][0], boundaries[1][0]]),
         "steady_bound": sum(part.bound(0) for part in parts),
         "steady_fourth": sum(part.bound(4) for part in parts),
-        "reference_series": np.concatenate([_total(parts, half, "series") for half in (0, 1)]),
+        "reference_series": np.concatenate(_totals(parts, [part.series for part in parts])),
         "reference_rest": sum(part.bound(_TERMS) for part in parts) * step**_TERMS / math.factorial(_TERMS),
         "orders": orders,
         "resonant_forcing": np.stack([part.forcing[:states] for part in parts]),
-        "half_jump": np.stack([_total(parts, half, "jump")[:states] for half in (0, 1)]),
-        "resonant_steady": np.stack([_total(parts, half, "resonant_steady")[:states] for half in (0, 1)]),
+        "half_jump": np.stack(_totals(parts, [part.jump for part in parts]))[:, :states],
+        "resonant_steady": np.stack(_totals(parts, [part.resonant_steady for part in parts]))[:, :states],
         "lasting_steady": np.array([[part.lasting.real, part.lasting.imag] for part in parts]),
         "lasting_bound": sum(abs(part.lasting) for part in parts),
         "unreached": _unreached(orders, np.array([part.lasting for part in parts])),
@@ -202,16 +201,14 @@ def _unreached(orders: Floats, amplitudes: Complexes) -> Floats:
     return np.asarray(bound * np.maximum(CLEARED - highest, 0.0))
 
 
-def _total(parts: Sequence[_HarmonicPart], half: int, name: str) -> Floats:
-    """Return the sum of an attribute of all harmonics in the first half period, 0, or in the second, 1.
+def _totals(parts: Sequence[_HarmonicPart], values: Sequence[Floats]) -> tuple[Floats, Floats]:
+    """Return the sums of values of all harmonics, in the first half period and in the second.
 
     Harmonics of odd order change their sign after half a period.
     """
-    result = 0.0
-    for part in parts:
-        mirrored = half == 1 and part.harmonic.order % 2 == 1
-        result = result - getattr(part, name) if mirrored else result + getattr(part, name)
-    return np.ascontiguousarray(result)
+    pairs = zip(parts, values, strict=True)
+    mirrored = [-value if part.harmonic.order % 2 == 1 else value for part, value in pairs]
+    return np.asarray(sum(values)), np.asarray(sum(mirrored))
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,8 +223,8 @@ class _HarmonicPart:
     """exp(i order phase)."""
     grid: _CellGrid
     """The cells of the half period."""
-    modes: dict[int, _ResonantMode]
-    """The resonant modes, by their index."""
+    modes: list[_ResonantMode]
+    """The resonant modes."""
     forcing: Complexes
     """(N, 2) Forcing of the resonant modes, the phase included; 0 for others."""
     jump: Floats
@@ -240,8 +237,7 @@ class _HarmonicPart:
     @classmethod
     def of(
         cls,
-        oscillator: Oscillator,
-        model: ModalModel,
+        models: TrajectoryModels,
         harmonic: Harmonic,
         steady: Complexes,
         grid: _CellGrid,
@@ -250,19 +246,22 @@ class _HarmonicPart:
         resonant: Booleans,
     ) -> _HarmonicPart:
         """Return the part of a harmonic; `steady` (2, N + 1) is its part of `reference_response`."""
-        order, count, omega = harmonic.order, model.size, grid.omega
+        oscillator, model, order, omega = models.oscillator, models.free, harmonic.order, grid.omega
         turn = complex(np.exp(1j * (order * phase)))
-        amplitude = complex(steady[0, count])
-        nothing = np.zeros((count, 2), dtype=np.complex128)
+        amplitude = complex(steady[0, -1])
+        nothing = np.zeros((model.size, 2), dtype=np.complex128)
         forcing, jump, states = nothing, nothing.copy(), nothing
-        modes: dict[int, _ResonantMode] = {}
-        lasting = amplitude
+        modes, lasting = [], amplitude
         if np.any(resonant):
             forcing = np.where(resonant[:, None], modal_forcing(oscillator, model, omega, harmonic), 0.0)
             for j in np.flatnonzero(resonant).tolist():
-                modes[j] = _ResonantMode.of(model, j, forcing[j], output_row[j], grid)
-                jump[j] = modes[j].states[-1]
-            states, lasting = _lasting(oscillator, model, amplitude, omega, harmonic, resonant, output_row)
+                modes.append(_ResonantMode.of(model, j, forcing[j], output_row[j], grid))
+                jump[j] = modes[-1].states[-1]
+            if np.any(model.undamped):
+                lasting = complex(math.inf)
+            else:
+                states = np.where(resonant[:, None], modal_steady(oscillator, model, omega, harmonic), 0.0)
+                lasting = complex(amplitude + np.sum(states * output_row[:, :2]))
         return cls(
             harmonic=harmonic,
             amplitude=amplitude,
@@ -278,39 +277,23 @@ class _HarmonicPart:
     def bound(self, derivative: int) -> float:
         """Return a bound of a derivative of the part of q."""
         s, amplitude = self.grid.s, abs(self.amplitude)
-        return amplitude * s**derivative + sum(mode.bound(derivative, self.grid) for mode in self.modes.values())
+        return amplitude * s**derivative + sum(mode.bound(derivative, self.grid) for mode in self.modes)
 
-    @cached_property
+    @property
     def boundaries(self) -> Floats:
         """Velocity/omega and displacement of q at the cell boundaries of the first half period, (cells/2 + 1, 2)."""
         place, velocity = self.amplitude * self.grid.phases, 1j * self.grid.s * self.amplitude * self.grid.phases
-        for mode in self.modes.values():
+        for mode in self.modes:
             place, velocity = place + mode.place, velocity + mode.slope
         return np.stack([(velocity * self.turn).imag / self.grid.omega, (place * self.turn).imag], axis=1)
 
-    @cached_property
+    @property
     def series(self) -> Floats:
         """Series of q over the cells of the first half period, (cells/2, TAYLOR_DEGREE + 1)."""
         terms = self.grid.series(self.amplitude * self.grid.phases[:-1])
-        for mode in self.modes.values():
+        for mode in self.modes:
             terms = terms + mode.series(self.grid)
         return np.asarray((terms * self.turn).imag)
-
-
-def _lasting(
-    oscillator: Oscillator,
-    model: ModalModel,
-    steady: complex,
-    omega: float,
-    harmonic: Harmonic,
-    resonant: Booleans,
-    output_row: Floats,
-) -> tuple[Complexes, complex]:
-    """Return the steady amplitudes of the resonant modes at phase 0, and the amplitude of q with all modes."""
-    if np.any(model.undamped):
-        return np.zeros((model.size, 2), dtype=np.complex128), complex(math.inf)
-    amplitudes = np.where(resonant[:, None], modal_steady(oscillator, model, omega, harmonic), 0.0)
-    return amplitudes, complex(steady + np.sum(amplitudes * output_row[:, :2]))
 
 
 def whole_period(half: Complexes, order: int = 1) -> Complexes:

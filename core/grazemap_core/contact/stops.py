@@ -11,7 +11,6 @@ from grazemap_core.arrays import Floats
 from grazemap_core.contact import tolerances
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.errors import ParameterError
-from grazemap_core.model.drive import is_half_wave_symmetric
 from grazemap_core.model.equilibrium import effective_gaps
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.tolerances import LARGEST_NUMBER, SMALLEST_NUMBER
@@ -34,9 +33,8 @@ def stops_of(oscillator: Oscillator, clearance: Clearance, cells: int, amplitude
 
     `cells` are in a period, and `amplitude` bounds the steady motion of q.
     """
-    gaps = _gaps(oscillator, clearance)
-    both = oscillator.restitution_of(1), oscillator.restitution_of(-1)
-    (row,) = stops_table(oscillator, np.array([gaps]), np.array([both]), cells, amplitude)
+    gaps, restitutions = _gaps_and_restitutions(oscillator, clearance)
+    (row,) = stops_table(oscillator, np.array([gaps]), np.array([restitutions]), cells, amplitude)
     right, left, restitution_right, restitution_left, unit, chatter, settling, symmetric = row.tolist()
     return Stops(right, left, restitution_right, restitution_left, unit, chatter, settling, symmetric != 0.0)
 
@@ -49,16 +47,17 @@ def stops_between(oscillator: Oscillator, clearance: Clearance, amplitude: float
     ParameterError
         A clearance is out of its range, both stops are absent, or the equilibrium lies beyond both.
     """
-    gaps = _gaps(oscillator, clearance)
+    gaps, restitutions = _gaps_and_restitutions(oscillator, clearance)
     unit = float(unit_of_stops(*gaps, amplitude))
     require_length(unit)
-    both = oscillator.restitution_of(1), oscillator.restitution_of(-1)
-    alike = gaps[0] == gaps[1] and both[0] == both[1] and has_odd_harmonics_only(oscillator)
-    return Stops(*gaps, *both, unit, 0.0, 0.0, alike)
+    alike = gaps[0] == gaps[1] and restitutions[0] == restitutions[1] and oscillator.is_half_wave_symmetric
+    return Stops(*gaps, *restitutions, unit, 0.0, 0.0, alike)
 
 
-def _gaps(oscillator: Oscillator, clearance: Clearance) -> tuple[float, float]:
-    """Return the gaps of both stops from the equilibrium. Raises as `stops_between`."""
+def _gaps_and_restitutions(
+    oscillator: Oscillator, clearance: Clearance
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return the gaps of both stops from the equilibrium, and their restitutions. Raises as `stops_between`."""
     right, left = clearance if isinstance(clearance, tuple) else (clearance, clearance)
     for gap in (right, left):
         if gap is not None and not (gap == 0.0 or SMALLEST_NUMBER <= abs(gap) <= LARGEST_NUMBER):
@@ -67,7 +66,7 @@ def _gaps(oscillator: Oscillator, clearance: Clearance) -> tuple[float, float]:
             )
     if right is None and left is None:
         raise ParameterError("clearance", "has neither a right nor a left stop")
-    return effective_gaps(oscillator, right, left)
+    return effective_gaps(oscillator, right, left), (oscillator.restitution_of(1), oscillator.restitution_of(-1))
 
 
 def require_length(unit: float, moved_by: str = "the forces do not move") -> None:
@@ -80,11 +79,6 @@ def unit_of_stops(right: float | Floats, left: float | Floats, amplitude: float 
     """Return `Stops.unit` for gaps (n,) of both stops; `amplitude` is a bound of the steady motion of q."""
     of_nearer = np.maximum(np.abs(np.minimum(right, left)), amplitude)
     return np.minimum(0.5 * np.add(right, left), of_nearer)
-
-
-def has_odd_harmonics_only(oscillator: Oscillator) -> bool:
-    """Return whether the forces change their sign after half of their period."""
-    return is_half_wave_symmetric(oscillator.drive)
 
 
 def stops_table(
@@ -100,7 +94,7 @@ def stops_table(
     chatter = np.array([known[number] for number in numbers]).reshape(-1, 2)
     settling = np.where(chatter < tolerances.MAX_CHATTER_IMPACTS, chatter, 0.0)
     right, left = gaps.T
-    alike = (right == left) & (restitution[:, 0] == restitution[:, 1]) & has_odd_harmonics_only(oscillator)
+    alike = (right == left) & (restitution[:, 0] == restitution[:, 1]) & oscillator.is_half_wave_symmetric
     unit = unit_of_stops(right, left, amplitude)
     return np.column_stack([gaps, restitution, unit, chatter.sum(axis=1), settling.sum(axis=1), alike])
 

@@ -15,6 +15,16 @@ CELL_REACH: Final = 1.0
 MIN_CELLS_PER_PERIOD: Final = 16
 """Minimum number of cells per forcing period; even, because states are recorded every half period."""
 
+MAX_CELLS_PER_PERIOD: Final = 200_000
+"""Maximum number of cells per forcing period; a structure that needs more is too stiff for its forcing frequency.
+At the maximum a period of one trajectory takes about 10 ms, a point of a map with a thousand periods about 10 s."""
+
+MAX_TABLED_CELLS: Final = 64
+"""Maximum number of cells of a tabulated flow; longer flows are composed of several."""
+
+FACTOR_TERMS: Final = 40
+"""Terms of the series of the flow over a cell: with exponents of at most CELL_REACH the remainder is below 2**-104."""
+
 CONTACT_ROUNDING: Final = 32.0 * EPSILON
 """Round-off of a Bernstein coefficient of the distance, relative to the sum of the moduli of its terms:
 a few operations for the series, 18 additions in the change of basis, as many halvings in a subdivision."""
@@ -34,8 +44,8 @@ CHATTER_CHANGE: Final = 0.5
 not summed: half of that with which it might vanish before the contact is at rest."""
 
 ANCHORED_GAP: Final = 1e-3
-"""Gap to the stop just left, in units of the clearance, below which it is carried from cell to cell as a separate
-number: computed from positions, whose round-off is EPSILON of the clearance, it would lose digits."""
+"""Gap to the stop just left, in units of `Stops.unit`, below which it is carried from cell to cell as a separate
+number: computed from positions, whose round-off is EPSILON of that unit, it would lose digits."""
 
 HALF_PERIOD_IMPACTS: Final = 50_000
 """Maximum number of impacts in half a forcing period, without those of complete chatter; the trajectory then ends."""
@@ -60,7 +70,7 @@ END_OF_REST: Final = 0.125
 """Part of a cell after a rest on a stop in which the sign of the slope may be that of round-off."""
 
 CLEARED: Final = 1.0 - 1e-12
-"""Fraction of the clearance below which a bound of a motion excludes all later contacts."""
+"""Fraction of a gap below which a bound of a motion excludes all later contacts."""
 
 HIGHEST_ERROR: Final = 1e-13
 """What is added to the largest displacement of a steady motion in several harmonics, over the sum of their moduli,

@@ -11,7 +11,7 @@ import numpy as np
 from grazemap_core.arrays import Floats
 from grazemap_core.checks import check_range
 from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.contact.stops import Clearance, both_clearances, has_odd_harmonics_only, unit_of_stops
+from grazemap_core.contact.stops import Clearance, both_clearances, unit_of_stops
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.drive import Harmonic
 from grazemap_core.model.equilibrium import contact_equilibrium
@@ -202,7 +202,7 @@ class ParameterOrbit:
 
 def symmetric_stops(oscillator: Oscillator, values: ParameterPoint) -> bool:
     """Return whether the mirror image of every motion, half a period later, is a motion."""
-    return values.stops(contact_equilibrium(oscillator), has_odd_harmonics_only(oscillator)).symmetric
+    return values.stops(contact_equilibrium(oscillator), oscillator.is_half_wave_symmetric).symmetric
 
 
 def _scaled(harmonic: Harmonic, factor: float) -> Harmonic:

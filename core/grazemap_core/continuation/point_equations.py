@@ -6,7 +6,6 @@ from functools import lru_cache
 
 from grazemap_core.arrays import Complexes
 from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.contact.stops import has_odd_harmonics_only
 from grazemap_core.continuation.parameters import ParameterPoint, Structure
 from grazemap_core.grazing.one_impact_family import Pattern
 from grazemap_core.model.equilibrium import contact_equilibrium
@@ -25,7 +24,7 @@ class PointEquations:
     def __init__(self, oscillator: Oscillator, kept: int | None = None) -> None:
         """Take the oscillator with the factors 1 of bias and forces, and how many of each are kept; None: all."""
         self.oscillator = oscillator
-        self._odd = has_odd_harmonics_only(oscillator)
+        self._odd = oscillator.is_half_wave_symmetric
         keep = lru_cache(maxsize=kept)
         self._equilibrium = keep(self._new_equilibrium)
         self._family = keep(self._new_family)

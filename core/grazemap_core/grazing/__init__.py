@@ -3,8 +3,7 @@
 The package computes where the steady motion grazes the stops, all codimension-two points of that curve and the curves
 that leave them, the discontinuity mapping of a grazing point, and the Poincare map near it.
 
-- `steady_maxima`: the maxima of the steady motion, with one harmonic or several.
-- `grazing_curve`: clearance, phase and first recurrence along the grazing curve, of two equal stops or of one.
+- `grazing_curve`: the maxima of the steady motion; clearance, phase and first recurrence along the grazing curve.
 - `point`: one grazing point, with accurate deviations from it.
 - `recurrence`: the sequence xi_m, stability at grazing, and the next contact below the curve.
 - `codimension_two`: all codimension-two points in an interval of forcing frequencies.
@@ -12,8 +11,6 @@ that leave them, the discontinuity mapping of a grazing point, and the Poincare 
 - `resonant_unfoldings`: the curve that leaves the grazing curve at a resonant point.
 - `one_impact_family`: periodic sums of the impulse response for motions with one impact per period.
 - `discontinuity_mapping`: the discontinuity mapping, to leading order and exact.
-- `backward_flow`: the motion before a state near a graze.
-- `return_maps`: the smooth maps between the Poincare surfaces, and their Jacobians.
-- `poincare_map`: the Poincare map of a grazing motion, compared with simulation.
+- `poincare_map`: the Poincare map of a grazing motion, its Jacobians, and its comparison with simulation.
 - `kernels`: root isolation, and further contacts of orbits with one impact.
 """

@@ -27,13 +27,11 @@ import numpy as np
 from grazemap_core.checks import checked_order
 from grazemap_core.errors import ConditioningError, ParameterError
 from grazemap_core.grazing.coincident_grazes import Coincidence, equal_maxima, united, vanishing_margins
-from grazemap_core.grazing.grazing_curve import ALIKE, VariedStop, first_recurrence
+from grazemap_core.grazing.grazing_curve import ALIKE, VariedStop, first_recurrence, steady_motion
 from grazemap_core.grazing.kernels.root_isolation import NEAR_DOUBLE, TOO_MANY_CELLS, isolate
 from grazemap_core.grazing.one_impact_family import Pattern
 from grazemap_core.grazing.resonant_unfoldings import ResonantUnfolding, resonant_unfolding
-from grazemap_core.grazing.steady_maxima import steady_motion
 from grazemap_core.grazing.tolerances import END_WIDTH, MAX_FREQUENCY_RATIO
-from grazemap_core.model.drive import is_half_wave_symmetric
 from grazemap_core.model.harmonic_response import require_damped, require_forced
 from grazemap_core.model.impulse_response import ImpulseResponse, evaluate, impulse_response
 from grazemap_core.model.kernels.response_sums import ALTERNATING, IMPULSE, SAME_SIGN
@@ -196,11 +194,11 @@ def codimension_two_points(
     if omega_stop > MAX_FREQUENCY_RATIO * omega_start:
         raise ParameterError("omega", f"stop must be at most {MAX_FREQUENCY_RATIO:.0e} times start")
     varied.require(oscillator)
-    own, times = oscillator.at_own_period
-    if times > 1:
+    reduced, divisor = oscillator.at_own_period
+    if divisor > 1:
         ends = omega_start, omega_stop
-        points = codimension_two_points(own, times * ends[0], times * ends[1], max_order, max_multiple, varied)
-        return [_at_declared_frequency(point, times, *ends) for point in points]
+        points = codimension_two_points(reduced, divisor * ends[0], divisor * ends[1], max_order, max_multiple, varied)
+        return [_at_declared_frequency(point, divisor, *ends) for point in points]
     response = impulse_response(modal_model(oscillator))
     if omega_stop > MAX_FREQUENCY_RATIO * float(np.sqrt(np.max(response.frequency_squared))):
         raise ParameterError(
@@ -219,41 +217,40 @@ def codimension_two_points(
         points = [replace(point, stop=varied.stop) for point in points]
     elif differ:
         # motions on the one stop and on the other unfold differently; there are no symmetric ones
-        points = [of_stop for point in points for of_stop in _of_each_stop(point)]
+        points = [
+            point if stop is None else replace(point, stop=stop)
+            for point in points
+            for stop in ((1, -1) if point.kind == "resonant" else (None,))
+        ]
     return _on_the_curve(oscillator, response, points, varied)
 
 
-def _at_declared_frequency(point: CodimensionTwoPoint, times: int, start: float, stop: float) -> CodimensionTwoPoint:
-    """Return a point of the forces' own frequency, which is `times` omega, with omega in [start, stop]."""
+def _at_declared_frequency(point: CodimensionTwoPoint, divisor: int, start: float, stop: float) -> CodimensionTwoPoint:
+    """Return a point of the forces' own frequency, which is `divisor` times omega, with omega in [start, stop]."""
     unfolding, corner, slope = point.unfolding, point.corner, point.amplitude_slope
     if unfolding is not None:
         unfolding = replace(
             unfolding,
-            slope=times * unfolding.slope,
-            quadratic=None if unfolding.quadratic is None else times**2 * unfolding.quadratic,
-            velocity_slope=times * unfolding.velocity_slope,
+            slope=divisor * unfolding.slope,
+            quadratic=None if unfolding.quadratic is None else divisor**2 * unfolding.quadratic,
+            velocity_slope=divisor * unfolding.velocity_slope,
         )
     if corner is not None:
         corner = replace(
             corner,
-            phase_before=corner.phase_before / times,
-            phase_after=corner.phase_after / times,
-            slope_before=times * corner.slope_before,
-            slope_after=times * corner.slope_after,
+            phase_before=corner.phase_before / divisor,
+            phase_after=corner.phase_after / divisor,
+            slope_before=divisor * corner.slope_before,
+            slope_after=divisor * corner.slope_after,
         )
     return replace(
         point,
-        omega=min(max(point.omega / times, start), stop),
-        omega_error=point.omega_error / times,
-        amplitude_slope=None if slope is None else times * slope,
+        omega=min(max(point.omega / divisor, start), stop),
+        omega_error=point.omega_error / divisor,
+        amplitude_slope=None if slope is None else divisor * slope,
         unfolding=unfolding,
         corner=corner,
     )
-
-
-def _of_each_stop(point: CodimensionTwoPoint) -> list[CodimensionTwoPoint]:
-    """Return a resonant point once for each stop; other points as they are."""
-    return [point] if point.kind != "resonant" else [replace(point, stop=stop) for stop in (1, -1)]
 
 
 def _on_the_curve(
@@ -280,7 +277,7 @@ def _on_the_curve(
 
 def _double_grazes(oscillator: Oscillator, varied: VariedStop, start: float, stop: float) -> list[CodimensionTwoPoint]:
     """Return the points at which the other stop is grazed too, without their clearance."""
-    symmetric, gap = is_half_wave_symmetric(oscillator.drive), varied.other_gap(oscillator)
+    symmetric, gap = oscillator.is_half_wave_symmetric, varied.other_gap(oscillator)
     if symmetric if varied.together else math.isinf(gap):
         return []  # the margin does not depend on omega
     coincidences = vanishing_margins(oscillator, varied, start, stop)
@@ -322,7 +319,6 @@ def _recurring(response: ImpulseResponse, corner: Coincidence, graze: int, max_o
 
 
 def _coincidence(kind: Kind, coincidence: Coincidence, start: float, stop: float) -> CodimensionTwoPoint:
-    """Return the point of a coincidence, without its clearance."""
     omega = min(max(coincidence.omega, start), stop)
     status: Status = "simple" if coincidence.simple else "near-double"
     return CodimensionTwoPoint(kind, omega, math.nan, coincidence.residual, status, coincidence.error)

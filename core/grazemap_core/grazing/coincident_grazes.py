@@ -24,11 +24,19 @@ from scipy.optimize import brentq
 
 from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.grazing_curve import VariedStop
-from grazemap_core.grazing.steady_maxima import SteadyMotion, steady_motion, wrapped
-from grazemap_core.grazing.tolerances import END_WIDTH, MAX_CELLS, NEAR_DOUBLE_GAP, NEAR_DOUBLE_WIDTH
+from grazemap_core.grazing.grazing_curve import SteadyMotion, VariedStop, steady_motion, wrapped
+from grazemap_core.grazing.tolerances import (
+    CELL_ROUNDING,
+    END_WIDTH,
+    EQUAL_HEIGHTS,
+    MAX_CELLS,
+    NEAR_DOUBLE_GAP,
+    NEAR_DOUBLE_WIDTH,
+    OMEGA_ACCURACY,
+    SHORTEST_CELL,
+)
+from grazemap_core.model.harmonic_response import steady_curvature_bound
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.model.response_bounds import second_derivative_bound
 from grazemap_core.numerics.trig_maxima import (
     Coefficients,
     Peaks,
@@ -175,14 +183,18 @@ class _ZeroSearch(ABC):
             count += len(cells)
             if count > MAX_CELLS:
                 raise ParameterError("omega", _ALIKE)
-            middle, radius = cells.mean(axis=1), 0.5 * np.diff(cells, axis=1)[:, 0] * (1.0 + 4.0 * EPSILON)
+            middle, radius = cells.mean(axis=1), 0.5 * np.diff(cells, axis=1)[:, 0] * CELL_ROUNDING
             verdict, distance, place, noise = self._judged(middle, radius)
             ones.append(cells[verdict == _ONE])
             places.append(place.of(verdict == _ONE))
-            tie = (verdict == _UNDECIDED) & (radius <= 0.5 * NEAR_DOUBLE_WIDTH * middle) & (distance <= 4.0 * noise)
+            tie = (
+                (verdict == _UNDECIDED)
+                & (radius <= 0.5 * NEAR_DOUBLE_WIDTH * middle)
+                & (distance <= EQUAL_HEIGHTS * noise)
+            )
             narrow.append(cells[tie])
             halved = (verdict == _UNDECIDED) & ~tie
-            if np.any(radius[halved] <= 8.0 * EPSILON * middle[halved]):
+            if np.any(radius[halved] <= SHORTEST_CELL * middle[halved]):
                 raise ParameterError("omega", _ALIKE)
             left, middle, right = cells[halved, 0], middle[halved], cells[halved, 1]
             cells = np.concatenate([np.stack([left, middle], axis=1), np.stack([middle, right], axis=1)])
@@ -203,11 +215,10 @@ class _ZeroSearch(ABC):
         return verdict, distance, _PeakPairs(ranges, seen.largest, reference), coefficients.roundoff
 
     def _coefficients(self, middle: Floats, radius: Floats) -> Coefficients:
-        """Return the response toward the stop in cells of omega."""
         motion = steady_motion(self.oscillator, middle, slopes=True)
         motion.require_amplitude()
         ends = middle - radius, middle + radius
-        bounds = [second_derivative_bound(self.oscillator, harmonic, *ends) for harmonic in self.oscillator.drive]
+        bounds = [steady_curvature_bound(self.oscillator, harmonic, *ends) for harmonic in self.oscillator.drive]
         value, slope = self.stop * motion.response, self.stop * motion.slopes
         return Coefficients(motion.orders, value, slope, np.stack(bounds, axis=1), radius)
 
@@ -224,13 +235,13 @@ class _ZeroSearch(ABC):
             return float(ends[np.argmax(within)])
         if (values[0] > 0.0) == (values[1] > 0.0):
             return None
-        return float(brentq(value, *ends, xtol=EPSILON * ends[0], rtol=4.0 * EPSILON))
+        return float(brentq(value, *ends, xtol=EPSILON * ends[0], rtol=OMEGA_ACCURACY))
 
     def _coincidence(self, omega: float, place: _PeakPairs) -> Coincidence:
         motion = steady_motion(self.oscillator, np.array([omega]), slopes=True)
         (difference,), (roundoff,) = self.value(motion, place), 2.0 * motion.roundoff
         phases, slopes = self.compared(motion, place)
-        error = 4.0 * EPSILON * omega + roundoff / abs(slopes[0] - slopes[1])
+        error = OMEGA_ACCURACY * omega + roundoff / abs(slopes[0] - slopes[1])
         residual = abs(difference) / np.abs(motion.response).sum()
         first, second = np.argsort(slopes).tolist()
         two = [(float(each[first]), float(each[second])) for each in (phases, slopes)]

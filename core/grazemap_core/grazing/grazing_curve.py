@@ -1,12 +1,14 @@
 """Grazes of two equal stops at once, or of one, with the other one at another distance or absent; what recurs there.
 
-See theory, "Steady motion and the grazing curve", "Recurrence of impacts" and "Any linear structure".
+See theory, "Steady motion and the grazing curve", "Recurrence of impacts", "Any linear structure" and "Several
+harmonics".
 
-The steady motion touches the right stop where its clearance is ``A_R + q_e``, the left one where it is ``A_L - q_e``,
-with A_R and A_L its largest displacements from the equilibrium; one harmonic has A_R = A_L. The motion exists while
-both are less than the gaps; where that of the other stop is not, the graze is virtual. After a graze impacts recur on
-the same stop, after whole periods of the forces. Where both stops are grazed at once they recur after half periods, on
-the other stop and on the same one in turn.
+About the equilibrium the contact coordinate of the steady motion is ``q = sum_k Im(X_k e^{i k omega t})``. The motion
+touches the right stop where its clearance is ``A_R + q_e``, the left one where it is ``A_L - q_e``, with A_R the
+largest q and A_L the largest -q; one harmonic has A_R = A_L, its amplitude. The motion exists while both are less than
+the gaps; where that of the other stop is not, the graze is virtual. After a graze impacts recur on the same stop, after
+whole periods of the forces. Where both stops are grazed at once they recur after half periods, on the other stop and on
+the same one in turn.
 """
 
 from __future__ import annotations
@@ -16,18 +18,92 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from grazemap_core.arrays import Booleans, Floats, Integers
+from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
 from grazemap_core.checks import checked_omega, checked_order
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.steady_maxima import SteadyMotion, steady_motion
-from grazemap_core.model.drive import is_half_wave_symmetric
 from grazemap_core.model.equilibrium import contact_equilibrium
-from grazemap_core.model.harmonic_response import require_forced
+from grazemap_core.model.harmonic_response import contact_response, contact_response_and_slope, require_forced
 from grazemap_core.model.impulse_response import ImpulseResponse, evaluate, impulse_response
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
+from grazemap_core.numerics.trig_maxima import derivatives, highest_points, roundoff
 from grazemap_core.records import dataclass
+
+
+@dataclass(frozen=True, eq=False)
+class SteadyMaxima:
+    """The largest displacement from the equilibrium toward one stop, at n frequencies; arrays of shape (n,)."""
+
+    amplitude: Floats
+    """A, this displacement."""
+    phase: Floats
+    """omega t there, in (-pi, pi]."""
+    curvature: Floats
+    """Acceleration away from the stop there, over omega^2; A of the first harmonic alone."""
+    slope: Floats
+    """d A/d omega; that of one of the maxima where two are equal."""
+
+
+@dataclass(frozen=True, eq=False)
+class SteadyMotion:
+    """The steady motion of the contact coordinate at n frequencies, in H harmonics."""
+
+    orders: Floats
+    """(H,) k, increasing, without a common divisor."""
+    response: Complexes
+    """(n, H) X_k."""
+    slopes: Complexes
+    """(n, H) d X_k/d omega; NaN where the slopes were not asked for."""
+
+    @property
+    def roundoff(self) -> Floats:
+        """Bound of the round-off of a displacement, shape (n,)."""
+        return roundoff(self.orders, self.response)
+
+    def require_amplitude(self) -> None:
+        """Raise ParameterError if at one of the frequencies the amplitudes overflow, or all underflow."""
+        size = np.abs(self.response).sum(axis=1)
+        if not np.all(np.isfinite(size) & (size > 0.0)):
+            raise ParameterError("omega", "contains a frequency at which the amplitude overflows or underflows")
+
+    def toward(self, stop: int) -> SteadyMaxima:
+        """Return the maxima toward the right stop (+1) or the left one (-1).
+
+        Raises
+        ------
+        ParameterError
+            As `require_amplitude`, where there are several harmonics.
+        """
+        return self._of_one_harmonic(stop) if len(self.orders) == 1 else self._of_several(stop)
+
+    def _of_one_harmonic(self, stop: int) -> SteadyMaxima:
+        response = self.response[:, 0]
+        amplitude = np.abs(response)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slope = (np.conj(response) * self.slopes[:, 0]).real / amplitude
+        # q is the amplitude times `stop` where the argument of the response is stop pi/2
+        return SteadyMaxima(amplitude, wrapped(stop * 0.5 * np.pi - np.angle(response)), amplitude, slope)
+
+    def _of_several(self, stop: int) -> SteadyMaxima:
+        self.require_amplitude()
+        peaks = highest_points(self.orders, stop * self.response)
+        slope, _, _ = derivatives(self.orders, stop * self.slopes, peaks.phase)
+        return SteadyMaxima(peaks.height, wrapped(peaks.phase), peaks.curvature, slope)
+
+
+def steady_motion(oscillator: Oscillator, omega: Floats, slopes: bool = False) -> SteadyMotion:
+    """Return the steady motion at frequencies (n,), with its slopes if asked for. Raises as `contact_response`."""
+    orders = np.array([harmonic.order for harmonic in oscillator.drive], dtype=np.float64)
+    if slopes:
+        return SteadyMotion(orders, *contact_response_and_slope(oscillator, omega))
+    response = contact_response(oscillator, omega)
+    return SteadyMotion(orders, response, np.full_like(response, np.nan))
+
+
+def wrapped(phase: Floats | float) -> Floats:
+    """Return phases between -3 pi and 3 pi in (-pi, pi]."""
+    return np.where(phase > np.pi, phase - 2.0 * np.pi, np.where(phase <= -np.pi, phase + 2.0 * np.pi, phase))
 
 
 @dataclass(frozen=True)
@@ -57,14 +133,14 @@ class VariedStop:
     def returns(self, count: int) -> tuple[Floats, Floats]:
         """Return omega t from a graze to each of the next returns, and +1 if it is to the same stop, -1 if not.
 
-        The shape of both is (count,), which is >= 0.
+        Both have the shape (count,); count is 0 or greater.
         """
         number = np.arange(1.0, count + 1.0)
         return self.turn * number, (-1.0) ** number if self.alike else np.ones(count)
 
     def require(self, oscillator: Oscillator) -> None:
         """Raise ParameterError if the stops are to be alike and the forces have even and odd harmonics."""
-        if self.alike and not is_half_wave_symmetric(oscillator.drive):
+        if self.alike and not oscillator.is_half_wave_symmetric:
             raise ParameterError("forcing", "has even and odd harmonics, so that equal stops are not grazed at once")
 
     def clearance(self, oscillator: Oscillator, amplitude: Floats) -> Floats:

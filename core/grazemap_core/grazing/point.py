@@ -20,32 +20,13 @@ from grazemap_core.arrays import Complexes, Floats, Integers
 from grazemap_core.checks import checked_omega
 from grazemap_core.contact.stops import Clearance
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.grazing_curve import ALIKE, VariedStop
-from grazemap_core.grazing.steady_maxima import steady_motion, wrapped
+from grazemap_core.grazing.grazing_curve import ALIKE, VariedStop, steady_motion, wrapped
 from grazemap_core.grazing.tolerances import SURFACE_ROUNDING
-from grazemap_core.model.drive import fundamental
 from grazemap_core.model.equilibrium import contact_equilibrium, equilibrium
 from grazemap_core.model.harmonic_response import harmonic_amplitudes, require_damped, require_forced
 from grazemap_core.model.modal import ModalModel, modal_model
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.records import NamedTuple, dataclass
-
-
-class _Graze(NamedTuple):
-    """The steady motion as it touches a stop; as in `GrazingPoint`."""
-
-    varied: VariedStop
-    """As in `GrazingPoint`."""
-    theta: float
-    """Phase of the forcing at the graze, omega t."""
-    amplitude: float
-    """As in `GrazingPoint`."""
-    margin: float
-    """As in `GrazingPoint`."""
-    steady: Complexes
-    """As in `GrazingPoint`."""
-    contact: Complexes
-    """As `GrazingPoint.contact_steady`."""
+from grazemap_core.records import dataclass
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +73,7 @@ class GrazingPoint:
     @property
     def turn(self) -> float:
         """By how much theta advances from a return to the next one: half a period of the forces, or a whole one."""
-        return self.varied.turn / fundamental(self.oscillator.drive)
+        return self.varied.turn / self.oscillator.common_divisor
 
     @property
     def return_time(self) -> float:
@@ -102,22 +83,30 @@ class GrazingPoint:
     @property
     def half_period(self) -> float:
         """Half a period of the forces."""
-        return math.pi / fundamental(self.oscillator.drive) / self.omega
+        return math.pi / self.oscillator.common_divisor / self.omega
 
     @property
     def quarter_turn(self) -> float:
         """Advance of theta in a quarter of a period of the forces."""
-        return 0.5 * math.pi / fundamental(self.oscillator.drive)
+        return 0.5 * math.pi / self.oscillator.common_divisor
 
     def next(self) -> GrazingPoint:
         """Return the point after a return: that of the other stop, the mirror image S x, or this one."""
         if not self.varied.alike:
             return self
-        times = fundamental(self.oscillator.drive)
-        theta = float(wrapped(times * (float(self.state[-1]) + self.turn))) / times
-        opposite = replace(self.varied, stop=-self.stop)
-        graze = _Graze(opposite, theta, self.amplitude, self.margin, -self.steady, -self.contact_steady)
-        return _point(self.oscillator, self.omega, self.model, graze)
+        divisor = self.oscillator.common_divisor
+        theta = float(wrapped(divisor * (float(self.state[-1]) + self.turn))) / divisor
+        return _point(
+            self.oscillator,
+            self.omega,
+            self.model,
+            replace(self.varied, stop=-self.stop),
+            theta,
+            self.amplitude,
+            self.margin,
+            -self.steady,
+            -self.contact_steady,
+        )
 
     def clearances(self, depth: float) -> Clearance:
         """Return the clearance of both stops, or of each, where this one is `depth` below the graze."""
@@ -128,9 +117,9 @@ class GrazingPoint:
 
     def size(self, deviation: Floats) -> float:
         """Return the largest entry of a deviation in units of amplitude, p omega amplitude, and radians of p theta."""
-        times = fundamental(self.oscillator.drive)
-        pair = [1.0 / self.amplitude, 1.0 / (times * self.omega * self.amplitude)]
-        return float(np.max(np.abs(deviation) * np.array([*(pair * self.oscillator.size), times])))
+        divisor = self.oscillator.common_divisor
+        pair = [1.0 / self.amplitude, 1.0 / (divisor * self.omega * self.amplitude)]
+        return float(np.max(np.abs(deviation) * np.array([*(pair * self.oscillator.size), divisor])))
 
     def contact_of(self, deviation: Floats) -> tuple[float, float]:
         """Return q and its velocity in a deviation."""
@@ -193,9 +182,9 @@ def grazing_point(oscillator: Oscillator, omega: float, varied: VariedStop = ALI
     varied.require(oscillator)
     if varied.alike and contact_equilibrium(oscillator) != 0.0:
         raise ParameterError("bias", "moves the equilibrium from the middle, so that the stops are grazed one by one")
-    own, times = oscillator.at_own_period
-    values = checked_omega([times * omega])
-    motion = steady_motion(own, values)
+    reduced, divisor = oscillator.at_own_period
+    values = checked_omega([divisor * omega])
+    motion = steady_motion(reduced, values)
     # that of the left stop half a period after that of the right one, where both are grazed at once
     maxima, later = motion.toward(1 if varied.alike else stop), math.pi if varied.alike and stop < 0 else 0.0
     amplitude, phase = float(maxima.amplitude[0]), float(maxima.phase[0])
@@ -204,24 +193,22 @@ def grazing_point(oscillator: Oscillator, omega: float, varied: VariedStop = ALI
     margin = float(varied.margins(oscillator, motion, maxima.amplitude)[0])
     if margin < 0.0:
         raise ParameterError("clearance", "lets the steady motion pass the other stop before it touches this one")
-    theta, phase = float(wrapped(phase + later)) / times, phase + later
-    responses = [harmonic_amplitudes(own, values, harmonic) for harmonic in own.drive]
-    if len(responses) == 1:  # exactly on the stop; the phases of the displacements are relative to that of q
-        ((response, coordinate, _),) = responses
+    theta, phase = float(wrapped(phase + later)) / divisor, phase + later
+    steady = np.concatenate([harmonic_amplitudes(reduced, values, harmonic) for harmonic in reduced.drive])
+    if len(steady) == 1:  # exactly on the stop; the phases of the displacements are relative to that of q
         contact = np.array([1j * stop * amplitude])
-        steady = contact[:, None] * (response / coordinate[0])
+        steady = contact[:, None] * (steady[:, :-1] / steady[0, -1])
     else:
         turns = np.exp(1j * phase * motion.orders)
         contact = motion.response[0] * turns
-        steady = np.concatenate([part.amplitudes for part in responses]) * turns[:, None]
+        steady = steady[:, :-1] * turns[:, None]
     steady = np.array(
         [
             oscillator.with_contact(row.real, value.real) + 1j * oscillator.with_contact(row.imag, value.imag)
             for row, value in zip(steady, contact.tolist(), strict=True)
         ]
     )
-    graze = _Graze(varied, theta, amplitude, margin, steady, contact)
-    return _point(oscillator, float(omega), modal_model(oscillator), graze)
+    return _point(oscillator, float(omega), modal_model(oscillator), varied, theta, amplitude, margin, steady, contact)
 
 
 def checked_deviation(point: GrazingPoint, deviation: ArrayLike, on_surface: bool = True) -> Floats:
@@ -250,34 +237,45 @@ def interleaved(displacement: Floats, velocity: Floats, theta: float) -> Floats:
     return np.append(np.stack([displacement, velocity], axis=1).ravel(), theta)
 
 
-def _point(oscillator: Oscillator, omega: float, model: ModalModel, graze: _Graze) -> GrazingPoint:
+def _point(
+    oscillator: Oscillator,
+    omega: float,
+    model: ModalModel,
+    varied: VariedStop,
+    theta: float,
+    amplitude: float,
+    margin: float,
+    steady: Complexes,
+    contact: Complexes,
+) -> GrazingPoint:
+    """Return the point at which the steady motion touches a stop, at the phase `theta`; the rest as in the record."""
     orders = np.array([harmonic.order for harmonic in oscillator.drive], dtype=np.float64)
-    stop, place, contact = graze.varied.stop, contact_equilibrium(oscillator), graze.contact
-    clearance = graze.amplitude + stop * place
+    stop, place = varied.stop, contact_equilibrium(oscillator)
+    clearance = amplitude + stop * place
     rates = orders[:, None] * omega
-    displacement, velocity = np.sum(graze.steady.imag, axis=0), np.sum(rates * graze.steady.real, axis=0)
+    displacement, velocity = np.sum(steady.imag, axis=0), np.sum(rates * steady.real, axis=0)
     velocity = oscillator.with_contact(velocity, 0.0)
     of_contact = float(np.sum(-((orders * omega) ** 2) * contact.imag))
-    acceleration = oscillator.with_contact(np.sum(-(rates**2) * graze.steady.imag, axis=0), of_contact)
-    jerk = -np.sum(rates**2 * (rates * graze.steady.real), axis=0)
+    acceleration = oscillator.with_contact(np.sum(-(rates**2) * steady.imag, axis=0), of_contact)
+    jerk = -np.sum(rates**2 * (rates * steady.real), axis=0)
     if place != 0.0:
         displacement = oscillator.with_contact(equilibrium(oscillator) + displacement, stop * clearance)
     beta, gamma = _mapping_coefficients(oscillator, stop, omega, np.stack([velocity, acceleration, jerk]))
     return GrazingPoint(
         oscillator,
         omega,
-        graze.varied,
-        graze.amplitude,
-        graze.margin,
+        varied,
+        amplitude,
+        margin,
         clearance,
-        interleaved(displacement, velocity, graze.theta),
+        interleaved(displacement, velocity, theta),
         interleaved(velocity, acceleration, omega),
         of_contact,
         beta,
         gamma,
         model,
         orders,
-        graze.steady,
+        steady,
         contact,
     )
 

@@ -15,10 +15,8 @@ from numpy.typing import ArrayLike
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.checks import checked_omega, checked_order
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.grazing_curve import ALIKE, VariedStop, first_recurrence, grazing_curve
+from grazemap_core.grazing.grazing_curve import ALIKE, VariedStop, first_recurrence, grazing_curve, steady_motion
 from grazemap_core.grazing.point import GrazingPoint
-from grazemap_core.grazing.steady_maxima import steady_motion
-from grazemap_core.model.drive import fundamental
 from grazemap_core.model.harmonic_response import require_damped, require_forced
 from grazemap_core.model.impulse_response import evaluate, impulse_response
 from grazemap_core.model.modal import modal_model
@@ -87,7 +85,7 @@ def xi_along(oscillator: Oscillator, omega: ArrayLike, max_order: int = 8) -> Fl
     """
     curve = grazing_curve(oscillator, omega, 1)
     checked_order("max_order", max_order, 1)
-    half_periods = math.pi / (fundamental(oscillator.drive) * curve.omega)
+    half_periods = math.pi / (oscillator.common_divisor * curve.omega)
     response = impulse_response(modal_model(oscillator))
     factor = (1.0 + oscillator.restitution) * curve.acceleration
     xi = np.empty((len(factor), max_order))
@@ -147,9 +145,9 @@ def next_contact(
         raise ParameterError("distance", "must lie between 0 and 1, both excluded")
     rebound = 1.0 + oscillator.restitution_of(varied.stop)
     response = impulse_response(modal_model(oscillator))
-    own, times = oscillator.at_own_period
-    values = times * values
-    maxima = steady_motion(own, values).toward(varied.stop)
+    reduced, divisor = oscillator.at_own_period
+    values = divisor * values
+    maxima = steady_motion(reduced, values).toward(varied.stop)
     u = np.sqrt(2.0 * below * (maxima.amplitude / maxima.curvature)) / values
     order = np.zeros(len(values), dtype=np.int64)
     margin = np.full(len(values), math.inf)

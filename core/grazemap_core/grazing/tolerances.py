@@ -12,6 +12,20 @@ NEAR_DOUBLE_WIDTH: Final = 1.0e-10
 Round-off hides two zeros that are closer than about sqrt(EPSILON) = 1.5e-8 of a period; this is well below.
 """
 
+CELL_ROUNDING: Final = 1.0 + 4.0 * EPSILON
+"""Factor on the radius of an interval that covers the rounding of its middle and of its radius."""
+
+SHORTEST_CELL: Final = 8.0 * EPSILON
+"""Radius of an interval of omega, relative to its middle, that is not halved again: a few numbers are left in it."""
+
+EQUAL_HEIGHTS: Final = 4.0
+"""Difference of two maxima, or a margin, in units of the round-off of a displacement, up to which it may be 0: twice
+that of two displacements."""
+
+OMEGA_ACCURACY: Final = 4.0 * EPSILON
+"""Relative accuracy of a frequency at which two maxima are equal or a margin vanishes: the smallest that scipy's brentq
+takes."""
+
 NEAR_DOUBLE_GAP: Final = 1e-7
 """Relative gap between two undecided intervals of a search for equal maxima up to which they are parts of one. Between
 them the maxima differ by a few roundings; this is several times the 1.5e-8 within which round-off hides two zeros."""
@@ -21,6 +35,10 @@ MAX_CELLS: Final = 250_000
 
 The default oscillator takes 415 to 595 cells for each function over (0.05, 2.5): five to eight for each zero.
 """
+
+ISOLATION_STACK: Final = 256
+"""Maximum number of intervals that wait in a root isolation. Each halving adds one. An interval of the relative width 1
+is halved 33 times until it has NEAR_DOUBLE_WIDTH; one of MAX_FREQUENCY_RATIO takes 30 more."""
 
 MAX_FREQUENCY_RATIO: Final = 1e9
 """Largest stop/start of an interval of omega. Far below 1/EPSILON, so that halving the interval of half periods
@@ -51,6 +69,9 @@ BACKWARD_STEPS: Final = 500
 """Maximum number of steps of a backward search: up to ten near a graze, hundreds if the contact nearly came to rest
 earlier or a fast overdamped mode shortens them. If more are needed, the mapping counts as undefined."""
 
+BACKWARD_SETTLED: Final = 2.0 * EPSILON
+"""Newton step, relative to the time, at which a backward search has converged: it is a rounding of the time."""
+
 BACKWARD_GROWTH: Final = 600.0
 """Largest exponent in a bound of the backward growth of a mode; its exponential does not overflow."""
 
@@ -65,6 +86,10 @@ usual near a graze."""
 RETURN_SETTLED: Final = 1e-10
 """Newton step of that phase, relative to the size of its terms, at which the next step would change roundings only:
 convergence is quadratic."""
+
+RETURN_ROUNDING: Final = 4.0 * EPSILON
+"""Round-off of the velocity of a steady motion in several harmonics where it is 0, relative to the sum of its
+terms: a few roundings of each."""
 
 SURFACE_ROUNDING: Final = 16.0 * EPSILON
 """Velocity of a contact coordinate of several displacements, relative to the sum of its terms, up to which it is 0."""

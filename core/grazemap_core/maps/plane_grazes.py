@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 from grazemap_core.arrays import Booleans, Floats
 from grazemap_core.continuation.parameters import PARAMETERS
 from grazemap_core.errors import CoreError
-from grazemap_core.grazing.steady_maxima import steady_motion
+from grazemap_core.grazing.grazing_curve import steady_motion
 from grazemap_core.maps.map_settings import Conditions
 from grazemap_core.maps.planes import Axis, Plane
 from grazemap_core.maps.tolerances import GRAZE_SAMPLES

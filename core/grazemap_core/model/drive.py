@@ -78,17 +78,6 @@ def _sum(parts: Sequence[Harmonic]) -> Harmonic:
     return Harmonic(parts[0].order, *sums)
 
 
-def fundamental(drive: Iterable[Harmonic]) -> int:
-    """Return the greatest common divisor p of the orders, 1 without forces: the period is T = ``2 pi/(p omega)``."""
-    return math.gcd(*(harmonic.order for harmonic in drive)) or 1
-
-
-def is_half_wave_symmetric(drive: Iterable[Harmonic]) -> bool:
-    """Return whether the forces change their sign after half of their period: all orders are odd multiples of p."""
-    parts = tuple(drive)
-    return all(part.order // fundamental(parts) % 2 == 1 for part in parts)
-
-
 def force(order: int, amplitude: Floats, phase: Floats | None = None, *, unbalance: bool = False) -> Harmonic:
     """Return a harmonic ``amplitude sin(order omega t + phase)``, with an unbalance times ``(order omega)^2``."""
     complex_amplitude = amplitude.astype(np.complex128)

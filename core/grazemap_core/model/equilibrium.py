@@ -10,7 +10,7 @@ from grazemap_core.model.chain import Chain
 from grazemap_core.model.kernels.steady_response import steady_amplitudes
 from grazemap_core.model.matrices import elements_of
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.tolerances import EPSILON
+from grazemap_core.model.tolerances import FREE_MODE
 
 
 def equilibrium(oscillator: Oscillator) -> Floats:
@@ -46,7 +46,7 @@ def static_displacements(stiffness: Floats, forces: Floats, name: str) -> Floats
     if not np.any(forces):
         return np.zeros_like(forces)
     left, singular, right = np.linalg.svd(stiffness)
-    free = singular <= 16.0 * len(forces) * EPSILON * singular[0]
+    free = singular <= FREE_MODE * len(forces) * singular[0]
     if not np.any(free):
         zero, none = np.zeros_like(stiffness), np.zeros_like(forces)
         elements = elements_of(zero, zero, stiffness)
@@ -54,7 +54,7 @@ def static_displacements(stiffness: Floats, forces: Floats, name: str) -> Floats
         if not exists[0]:
             raise ParameterError(name, "pushes along a mode that is nearly free, so the equilibrium is unresolved")
         return np.ascontiguousarray(static[0].real)
-    if np.max(np.abs(left[:, free].T @ forces)) > 16.0 * len(forces) * EPSILON * np.max(np.abs(forces)):
+    if np.max(np.abs(left[:, free].T @ forces)) > FREE_MODE * len(forces) * np.max(np.abs(forces)):
         raise ParameterError(name, "pushes along a free mode, so there is no equilibrium")
     inverse = np.where(free, 0.0, 1.0 / np.where(free, 1.0, singular))
     return np.asarray(right.T @ (inverse * (left.T @ forces)))

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from grazemap_core.arrays import Floats
+from grazemap_core.arrays import Floats, Integers
 from grazemap_core.model.chain import Chain
 from grazemap_core.model.equilibrium import static_displacements
 from grazemap_core.model.matrices import Matrices
@@ -28,7 +28,7 @@ class HeldStructure:
     """The structure of w: matrices ``Z^T M Z`` and so on. None for one degree of freedom."""
     basis: Floats
     """(N, n) Z."""
-    others: np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+    others: Integers
     """(n,) The coordinates that w names."""
     profile: Floats
     """(N,) Displacements at the equilibrium with q = 1."""
@@ -64,9 +64,10 @@ def held_structure(oscillator: Oscillator) -> HeldStructure:
     profile, constrained = jump, None
     if len(others) > 0:
         mass = _congruent(basis, structure.mass_matrix)
-        constrained = Matrices(
-            0.5 * (mass + mass.T), _congruent(basis, damping), _symmetric_as(stiffness, _congruent(basis, stiffness))
-        )
+        held_stiffness = _congruent(basis, stiffness)
+        if np.array_equal(stiffness, stiffness.T):
+            held_stiffness = 0.5 * (held_stiffness + held_stiffness.T)
+        constrained = Matrices(0.5 * (mass + mass.T), _congruent(basis, damping), held_stiffness)
         pushed = transformed(basis.T, transformed(stiffness, exact(jump[:, None]))).rounded[:, 0]
         profile = jump - basis @ static_displacements(constrained.stiffness, pushed, "contact")
     return HeldStructure(
@@ -81,7 +82,7 @@ def held_structure(oscillator: Oscillator) -> HeldStructure:
     )
 
 
-def _of_chain(chain: Chain, weight: float, others: np.ndarray[tuple[int, ...], np.dtype[np.int64]]) -> HeldStructure:
+def _of_chain(chain: Chain, weight: float, others: Integers) -> HeldStructure:
     """Return the chain of masses 2 .. N with link 1 to a wall, for a contact ``q = weight x_1``."""
     count = chain.size
     compliance = 1.0 / chain.stiffnesses
@@ -112,7 +113,3 @@ def _of_chain(chain: Chain, weight: float, others: np.ndarray[tuple[int, ...], n
 def _congruent(basis: Floats, matrix: Floats) -> Floats:
     """Return ``Z^T A Z``, rounded once or twice."""
     return transformed(basis.T, transformed(matrix, exact(basis))).rounded
-
-
-def _symmetric_as(original: Floats, matrix: Floats) -> Floats:
-    return 0.5 * (matrix + matrix.T) if np.array_equal(original, original.T) else matrix

@@ -14,7 +14,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from scipy.linalg import eigh, svd
 
-from grazemap_core.arrays import Floats
+from grazemap_core.arrays import Booleans, Floats
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.chain import Chain, elongations
 from grazemap_core.model.damped_blocks import damped_blocks
@@ -24,13 +24,14 @@ from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.structure import Structure
 from grazemap_core.model.tolerances import (
     CLASSICAL_COUPLING,
+    FREE_MODE,
+    GROWTH,
     PROPORTIONAL_SPREAD,
     UNDAMPED_RATIO,
     VANISHING_WEIGHT,
 )
 from grazemap_core.numerics.double_double_arrays import exact, transformed
 from grazemap_core.records import dataclass
-from grazemap_core.tolerances import EPSILON
 
 KEPT_MODELS = 16
 """Number of modal models that are kept; one of 64 masses has 256 KiB."""
@@ -49,9 +50,6 @@ class ModalModel:
     discriminant: Floats
     """(N,) ``w_j^2 - eta_j^2``: positive for an underdamped block, zero for a critical, negative for an overdamped one.
     It is computed without cancellation; do not recompute it from the other two."""
-    shape: Floats
-    """(N, N, 2) Displacement i is ``sum_j shape[i, j, 0] u_j + shape[i, j, 1] u_j'``. With classical modes ``shape[:,
-    :, 0]`` holds the mode shapes with ``P^T M P = I`` and ``shape[:, :, 1]`` is zero."""
     contact_row: Floats
     """(N, 2) The contact coordinate ``h^T x`` in (u, u'); empty for a structure without a contact."""
     unit_impulse: Floats
@@ -62,13 +60,21 @@ class ModalModel:
     """(2N, 2N) Inverse of `to_modal`."""
     conditioning: float
     """Condition number of `from_modal` with unit columns in the energy norm; 1 for classical modes."""
-    undamped: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+    undamped: Booleans
     """(N,) True where the block's decay is zero to round-off."""
 
     @property
     def size(self) -> int:
         """Number of blocks N."""
         return len(self.decay)
+
+    @cached_property
+    def shape(self) -> Floats:
+        """(N, N, 2) Displacement i is ``sum_j shape[i, j, 0] u_j + shape[i, j, 1] u_j'``.
+
+        With classical modes ``shape[:, :, 0]`` holds the mode shapes with ``P^T M P = I``, and ``shape[:, :, 1]`` is 0.
+        """
+        return np.ascontiguousarray(self.from_modal[: self.size].reshape(self.size, self.size, 2))
 
     @cached_property
     def fastest_exponent(self) -> float:
@@ -78,14 +84,8 @@ class ModalModel:
         return float(np.max(exponents, initial=0.0))
 
 
-@dataclass(frozen=True, eq=False)
-class _Decomposition:
-    """A modal model without a contact."""
-
-    model: ModalModel
-    """The modal model."""
-    columns: Floats
-    """(2N, 2N) Its columns, in the coordinates of the structure."""
+_Decomposition = tuple[ModalModel, Floats]
+"""A modal model without a contact, and its columns in the coordinates of the structure, (2N, 2N)."""
 
 
 @lru_cache(maxsize=KEPT_MODELS)
@@ -100,13 +100,12 @@ def modal_model(subject: Oscillator | Structure) -> ModalModel:
         Two blocks are nearly defective together.
     """
     if not isinstance(subject, Oscillator):
-        return _decomposition(subject).model
-    decomposition = _decomposition(subject.structure)
-    model, contact = decomposition.model, subject.contact
+        return _decomposition(subject)[0]
+    (model, columns), contact = _decomposition(subject.structure), subject.contact
     count = model.size
     # a contact within a chain is an elongation, or a sum of some, which differences of displacements would round
     inner = subject.structure.row_of_coordinates(contact)
-    output = (contact, model.from_modal[:count]) if inner is None else (inner, decomposition.columns[:count])
+    output = (contact, model.from_modal[:count]) if inner is None else (inner, columns[:count])
     row, impulse = _product(*output), _product(subject.jump, model.to_modal[:, count:].T)
     free = model.frequency_squared == 0.0
     if np.any(row.reshape(count, 2)[free]) or np.any(impulse.reshape(count, 2)[free]):
@@ -170,7 +169,7 @@ def _of_matrices(structure: Matrices) -> _Decomposition:
         return _assemble(structure, damped_blocks(structure))
     count = structure.size
     squares, modes = eigh(structure.stiffness_matrix, structure.mass_matrix)
-    rounding = 16.0 * count * EPSILON * np.max(np.abs(squares))
+    rounding = FREE_MODE * count * np.max(np.abs(squares))
     if np.min(squares) < -rounding:
         raise ParameterError("stiffness", "has a negative direction, in which a free motion grows")
     squares = np.where(np.abs(squares) <= rounding, 0.0, squares)
@@ -195,10 +194,9 @@ def _of_matrices(structure: Matrices) -> _Decomposition:
 
 
 def _check_exponents(structure: Matrices) -> None:
-    """Raise ParameterError if a free motion grows."""
     matrix = structure.energy_matrix()
     exponents = np.linalg.eigvals(matrix)
-    if np.max(exponents.real) > np.sqrt(EPSILON) * np.max(np.abs(exponents)):
+    if np.max(exponents.real) > GROWTH * np.max(np.abs(exponents)):
         raise ParameterError("damping", "and stiffness let a free motion grow")
 
 
@@ -217,8 +215,6 @@ def _classical(
     factor = np.where(modes[0] < 0.0, -1.0, 1.0) / structure.mass_norms(modes)
     modes = modes * factor
 
-    shape = np.zeros((count, count, 2))
-    shape[:, :, 0] = modes
     to_modal = np.zeros((2 * count, 2 * count))
     from_modal = np.zeros((2 * count, 2 * count))
     momentum = modes.T @ mass  # rows P_j^T M
@@ -235,12 +231,11 @@ def _classical(
         ratio = np.divide(decays, frequency, out=np.zeros(count), where=frequency > 0.0)
         undamped = decays <= UNDAMPED_RATIO * frequency
     free = (frequency == 0.0) & (decays > 0.0)
-    return _Decomposition(
+    return (
         ModalModel(
             frequency_squared=frequency**2,
             decay=decays,
             discriminant=np.where(free, -(decays**2), frequency**2 * ((1.0 - ratio) * (1.0 + ratio))),
-            shape=shape,
             contact_row=_NO_CONTACT,
             unit_impulse=_NO_CONTACT,
             to_modal=to_modal,
@@ -271,12 +266,11 @@ def _assemble(structure: Structure, blocks: Blocks) -> _Decomposition:
 
     decay = blocks.decay[order]
     undamped = decay <= UNDAMPED_RATIO * frequency[order]
-    return _Decomposition(
+    return (
         ModalModel(
             frequency_squared=blocks.frequency_squared[order],
             decay=np.where(undamped, 0.0, decay),
             discriminant=blocks.discriminant[order],
-            shape=np.ascontiguousarray(from_modal[:count].reshape(count, count, 2)),
             contact_row=_NO_CONTACT,
             unit_impulse=_NO_CONTACT,
             to_modal=to_modal,

@@ -16,7 +16,7 @@ import numpy as np
 from grazemap_core.arrays import Floats
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.chain import Chain
-from grazemap_core.model.drive import Harmonic, force, fundamental, harmonics
+from grazemap_core.model.drive import Harmonic, force, harmonics
 from grazemap_core.model.structure import Structure
 from grazemap_core.records import dataclass
 from grazemap_core.tolerances import LARGEST_NUMBER, SMALLEST_NUMBER
@@ -217,13 +217,19 @@ class Oscillator:
         return np.asarray(response / (self.contact @ response))
 
     @cached_property
-    def at_own_period(self) -> tuple[Oscillator, int]:
-        """The oscillator with orders without a common divisor p, and p.
+    def common_divisor(self) -> int:
+        """The greatest common divisor p of the orders of the forces, or 1; their period is 2 pi/(p omega)."""
+        return math.gcd(*(harmonic.order for harmonic in self.drive)) or 1
 
-        Forces whose orders are all multiples of p have the period T = 2 pi/(p omega): they are those of the returned
-        oscillator at p omega.
-        """
-        times = fundamental(self.drive)
+    @cached_property
+    def is_half_wave_symmetric(self) -> bool:
+        """Whether the forces change their sign after half of their period: all orders are odd multiples of p."""
+        return all(harmonic.order // self.common_divisor % 2 == 1 for harmonic in self.drive)
+
+    @cached_property
+    def at_own_period(self) -> tuple[Oscillator, int]:
+        """The oscillator with all orders divided by p, and p: its forces at p omega are these at omega."""
+        times = self.common_divisor
         if times == 1:
             return self, 1
         variants = self.variants

@@ -26,10 +26,10 @@ _LEFT_ALONE: Final = "record"
 """The attribute of a motion with what the kernels recorded, which stays at the own frequency."""
 
 Given = ParamSpec("Given")
-Found = TypeVar("Found")
+Result = TypeVar("Result")
 
 
-def in_own_period(function: Callable[Given, Found]) -> Callable[Given, Found]:
+def in_own_period(function: Callable[Given, Result]) -> Callable[Given, Result]:
     """Return a function that calls `function` at the own frequency of the oscillator among its arguments.
 
     Frequencies and phases are known by the names of arguments and of attributes of dataclasses and named tuples. The
@@ -39,24 +39,25 @@ def in_own_period(function: Callable[Given, Found]) -> Callable[Given, Found]:
     signature = inspect.signature(function)
 
     @wraps(function)
-    def of_own(*args: Given.args, **kwargs: Given.kwargs) -> Found:
+    def rescaling(*args: Given.args, **kwargs: Given.kwargs) -> Result:
         p = max((divisor_of(value) for value in (*args, *kwargs.values())), default=1)
         if p == 1:
             return function(*args, **kwargs)
         bound = signature.bind(*args, **kwargs)
         bound.apply_defaults()
-        inward = _Inward(p)
-        own_arguments = {name: inward.part(bound.arguments, name, value) for name, value in bound.arguments.items()}
-        bound.arguments.update(own_arguments)
-        result: Found = _Outward(p, inward.declared).rescaled(function(*bound.args, **bound.kwargs))
+        inward = _Rescaling(p)
+        bound.arguments.update(
+            {name: inward.part(bound.arguments, name, value) for name, value in bound.arguments.items()}
+        )
+        result: Result = replace(inward, outward=True).rescaled(function(*bound.args, **bound.kwargs))
         return result
 
-    return of_own
+    return rescaling
 
 
-def at_own_period(value: Found) -> Found:
+def at_own_period(value: Result) -> Result:
     """Return a record with an oscillator, such as a plane, at the own frequency."""
-    return _Inward(divisor_of(value)).rescaled(value)  # type: ignore[no-any-return]
+    return _Rescaling(divisor_of(value)).rescaled(value)  # type: ignore[no-any-return]
 
 
 def divisor_of(value: Any) -> int:
@@ -69,32 +70,35 @@ def divisor_of(value: Any) -> int:
     return divisor_of(oscillator) if isinstance(oscillator, Oscillator) else int(getattr(value, _DIVISOR, 1))
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Rescaling:
-    """Gives records other frequencies and phases."""
+    """Gives records other frequencies and phases: from the declared frequency to the own one, or back."""
 
     p: int
     """The own frequency over omega."""
+    outward: bool = False
+    """Whether values are at the own frequency, and become those at the declared one."""
     declared: dict[float, float] = field(default_factory=dict)
-    """The declared frequencies that were given, by the own ones."""
+    """The declared frequencies that were given, by the own ones; they are returned with the same digits."""
 
     def frequency(self, value: Any) -> Any:
-        raise NotImplementedError
-
-    def phase(self, value: Any) -> Any:
-        raise NotImplementedError
-
-    def oscillator(self, value: Oscillator) -> Oscillator:
-        raise NotImplementedError
-
-    @property
-    def new_divisor(self) -> int:
-        raise NotImplementedError
+        """Return a frequency, a tuple of frequencies, or an array or a list of them as an array."""
+        if self.outward:
+            frequency = np.asarray(value / self.p)
+            for internal, declared in self.declared.items():
+                frequency = np.where(value == internal, declared, frequency)
+            return frequency if isinstance(value, np.ndarray) else float(frequency)
+        if isinstance(value, tuple):
+            return tuple(map(self.frequency, value))
+        frequency = self.p * np.asarray(value, dtype=np.float64)
+        for end in np.ravel(value)[[0, -1]].tolist() if np.size(value) else ():
+            self.declared[self.p * end] = end
+        return frequency if isinstance(value, np.ndarray | list) else float(frequency)
 
     def rescaled(self, value: Any) -> Any:
         """Return a value with other frequencies and phases, or the same object where nothing in it changes."""
         if isinstance(value, Oscillator):
-            return self.oscillator(value)
+            return value if self.outward else value.at_own_period[0]
         if isinstance(value, Iterator):
             return map(self.rescaled, value)
         if isinstance(value, list | tuple) and not hasattr(value, "_fields"):
@@ -120,9 +124,9 @@ class _Rescaling:
         if value is None or name == _LEFT_ALONE:
             return value
         if name == _DIVISOR:
-            return self.new_divisor
+            return self.p if self.outward else 1
         if name in _PHASES:
-            return self.phase(value)
+            return value / self.p if self.outward else self.p * value
         if name == "ranges":
             return {
                 parameter: self.frequency(ends) if parameter == "omega" else ends for parameter, ends in value.items()
@@ -144,48 +148,3 @@ def _varies(parts: Mapping[str, Any], name: str) -> str | None:
         varied = parts.get("parameter", parts.get("name"))
         return varied if isinstance(varied, str) else None
     return None
-
-
-class _Inward(_Rescaling):
-    """From the declared frequency to the own one."""
-
-    def frequency(self, value: Any) -> Any:
-        if isinstance(value, tuple):
-            return tuple(map(self.frequency, value))
-        own = self.p * np.asarray(value, dtype=np.float64)
-        for end in np.ravel(value)[[0, -1]].tolist() if np.size(value) else ():
-            self.declared[self.p * end] = end
-        return own if isinstance(value, np.ndarray | list) else float(own)
-
-    def phase(self, value: Any) -> Any:
-        return self.p * value
-
-    def oscillator(self, value: Oscillator) -> Oscillator:
-        return value.at_own_period[0]
-
-    @property
-    def new_divisor(self) -> int:
-        return 1
-
-
-class _Outward(_Rescaling):
-    """From the own frequency to the declared one.
-
-    A frequency that was given, as a number or at an end of an array, is returned with the same digits.
-    """
-
-    def frequency(self, value: Any) -> Any:
-        frequency = np.asarray(value / self.p)
-        for own, declared in self.declared.items():
-            frequency = np.where(value == own, declared, frequency)
-        return frequency if isinstance(value, np.ndarray) else float(frequency)
-
-    def phase(self, value: Any) -> Any:
-        return value / self.p
-
-    def oscillator(self, value: Oscillator) -> Oscillator:
-        return value
-
-    @property
-    def new_divisor(self) -> int:
-        return self.p

@@ -96,7 +96,7 @@ def summary(oscillator: Oscillator, omega: ArrayLike, times: ArrayLike) -> Struc
         natural_frequencies=natural,
         damping_ratios=_ratios(model),
         contact_weights=weights,
-        harmonics=tuple(harmonic_response(oscillator, frequencies, harmonic) for harmonic in oscillator.drive),
+        harmonics=tuple(_harmonic_response(oscillator, frequencies, harmonic) for harmonic in oscillator.drive),
         impulse_response=np.where(moments > 0.0, evaluate(impulse_response(model), moments)[0], 0.0),
     )
 
@@ -119,7 +119,7 @@ def _ratios(model: ModalModel) -> Floats:
     return ratio
 
 
-def harmonic_response(oscillator: Oscillator, omega: Floats, harmonic: Harmonic) -> HarmonicResponse:
+def _harmonic_response(oscillator: Oscillator, omega: Floats, harmonic: Harmonic) -> HarmonicResponse:
     """Return amplitude, phase and slope of the contact coordinate in one harmonic (theory, "Any linear structure")."""
     value, change, exists = response_and_slope(oscillator, omega, harmonic)
     amplitude = np.where(exists, np.abs(value), np.nan)

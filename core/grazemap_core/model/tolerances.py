@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 from grazemap_core.tolerances import EPSILON
@@ -34,16 +35,15 @@ SEPARATING_TRIALS: Final = 8
 """Random changes that are tried one after another, as one may order equal exponents badly."""
 
 UNDAMPED_RATIO: Final = 8.0 * EPSILON
-"""A block of a chain with a list of dampings is undamped if decay/frequency is at most this.
+"""A block is undamped if decay/frequency is at most this, unless ``C = 2 gamma K`` says it.
 
-Decays are computed to a few times EPSILON of the frequency; a mode whose damped links do not stretch has exactly zero.
-"""
+Decays are computed to a few times EPSILON of the frequency; a mode in which no damper moves has exactly zero."""
 
 PROPORTIONAL_SPREAD: Final = 2.0 * EPSILON
 """A list of link dampings is proportional if all c_i/k_i agree to this: the roundings of two quotients."""
 
 RESONANCE_ROUNDING: Final = 1e-6
-"""Round-off of the steady motion of the contact, in units of the clearance, above which motions are unresolved: states
+"""Round-off of the steady motion of the contact, in units of `Stops.unit`, above which motions are unresolved: states
 are relative to it, or with resonant modes to the response of half a period."""
 
 RESONANT_GAIN: Final = 30.0
@@ -91,6 +91,15 @@ FLOOR_OF_WEIGHTS: Final = 16.0 * EPSILON
 CLASSICAL_COUPLING: Final = 16.0 * EPSILON
 """Damping between two modes, relative to the largest entry of the damping in modal coordinates times N, up to which
 a damping matrix is taken as diagonal in the modes: the roundings of its numbers and of the shapes."""
+
+FREE_MODE: Final = 16.0 * EPSILON
+"""Eigenvalue or singular value of a stiffness matrix, over the largest one and N, up to which it is the rounding of 0
+and its mode is free; and force along a free mode, over the largest force and N, up to which it is the rounding of 0.
+The error of the decompositions is a few EPSILON times N and the largest value."""
+
+GROWTH: Final = math.sqrt(EPSILON)
+"""Largest real part of an exponent, over the largest exponent, that is not taken as growth: by so much round-off
+separates two equal exponents."""
 
 VANISHING_WEIGHT: Final = 16.0 * EPSILON
 """Weight of the contact in a mode, relative to the sum of its terms, up to which it is the rounding of 0."""

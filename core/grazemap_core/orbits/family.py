@@ -91,7 +91,7 @@ class OrbitFamily:
         """
         values = checked_omega(omega)
         parts = [harmonic_amplitudes(self.oscillator, values, harmonic) for harmonic in self.oscillator.forces]
-        steady = np.stack([np.column_stack([part.amplitudes, part.coordinate]) for part in parts], axis=1)
+        steady = np.stack(parts, axis=1)
         if not all(0.0 < steady_size(amplitudes) < math.inf for amplitudes in steady):
             raise ParameterError(
                 "omega", "is a frequency at which the amplitude of the contact overflows or underflows"

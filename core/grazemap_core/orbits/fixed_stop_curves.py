@@ -15,8 +15,7 @@ from scipy.optimize import brentq
 
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.grazing_curve import VariedStop, stop_grazes
-from grazemap_core.grazing.steady_maxima import steady_motion
+from grazemap_core.grazing.grazing_curve import VariedStop, steady_motion, stop_grazes
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.explicit_curves import (

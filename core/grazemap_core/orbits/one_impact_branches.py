@@ -173,8 +173,8 @@ def one_impact_branches(
     values = checked_omega(omega)
     steady = harmonic_amplitudes(oscillator, values, oscillator.drive[0])
     response = impulse_response(modal_model(oscillator))
-    for frequency, amplitudes, contact in zip(values.tolist(), steady.amplitudes, steady.coordinate, strict=True):
-        yield _branch(oscillator, response, frequency, pattern, stop, alone, amplitudes, contact)
+    for frequency, amplitudes in zip(values.tolist(), steady, strict=True):
+        yield _branch(oscillator, response, frequency, pattern, stop, alone, amplitudes[:-1], amplitudes[-1])
 
 
 def _branch(

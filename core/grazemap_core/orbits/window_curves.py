@@ -18,10 +18,8 @@ import numpy as np
 
 from grazemap_core.arrays import Booleans, Floats, Integers
 from grazemap_core.checks import checked_order
-from grazemap_core.contact.stops import has_odd_harmonics_only
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.grazing_curve import VariedStop
-from grazemap_core.grazing.steady_maxima import steady_motion
+from grazemap_core.grazing.grazing_curve import VariedStop, steady_motion
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
@@ -166,7 +164,7 @@ def _are_symmetric(oscillator: Oscillator, varied: CurveParameter) -> bool:
     else:
         together = varied.together
     same = oscillator.restitution_of(1) == oscillator.restitution_of(-1)
-    return together and same and has_odd_harmonics_only(oscillator) and contact_equilibrium(oscillator) == 0.0
+    return together and same and oscillator.is_half_wave_symmetric and contact_equilibrium(oscillator) == 0.0
 
 
 def _between_symmetric(

@@ -222,9 +222,7 @@ def observed_outputs(
 
 def whole_steady(oscillator: Oscillator, omega: float) -> Complexes:
     """Return the amplitudes of the steady motion, with all modes, as `observed_outputs` takes them, (H, 2, N)."""
-    parts = [
-        harmonic_amplitudes(oscillator, np.array([omega]), harmonic).amplitudes[0] for harmonic in oscillator.forces
-    ]
+    parts = [harmonic_amplitudes(oscillator, np.array([omega]), harmonic)[0, :-1] for harmonic in oscillator.forces]
     return np.stack([parts, parts], axis=1)
 
 

@@ -122,7 +122,7 @@ PLANTS = {
     "model": Plant(_rounding("model.harmonic_response", "contact_response"), "grazing-curves"),
     "contact": Plant(_rounding("contact.stops", "stops_of"), "trajectories"),
     "simulation": Plant(_rounding("simulation.start", "initial_state"), "trajectories"),
-    "grazing": Plant(_rounding("grazing.steady_maxima", "wrapped"), "grazing-curves"),
+    "grazing": Plant(_rounding("grazing.grazing_curve", "wrapped"), "grazing-curves"),
     "orbits": Plant(_rounding("orbits.states", "multipliers_of"), "periodic-orbits"),
     "continuation": Plant(_rounding("continuation.branches", "_branch"), "orbit-branches"),
     "maps": Plant(_rounding("maps.unfolding", "arrays_of"), "unfolding-maps", "maps"),

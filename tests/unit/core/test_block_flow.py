@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import mpmath
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grazemap_core.model.kernels.block_flow import block_flow
+from grazemap_core.model.kernels.block_flow import advance_columns, advance_state, block_flow
 
 RATIOS = [0.0, 1e-9, 1e-3, 0.5, 1 - 1e-3, 1 - 1e-9, 1 - 1e-15, 1.0, 1 + 1e-15, 1 + 1e-9, 1 + 1e-3, 2.0, 30.0, 1e4]
 
@@ -68,3 +69,25 @@ def test_the_flow_is_a_semigroup_and_never_gains_energy(ratio, first, second):
 
     assert np.allclose(flow(first) @ flow(second), flow(first + second), rtol=0, atol=2e-14)
     assert np.linalg.norm(flow(first), 2) <= 1 + 1e-14
+
+
+class Three(NamedTuple):
+    """An underdamped block, a critical one and an overdamped one."""
+
+    decay: np.ndarray
+    discriminant: np.ndarray
+    frequency_squared: np.ndarray
+
+
+def test_states_and_columns_are_advanced_by_the_flow_of_their_blocks():
+    decay, square, time = np.array([0.1, 1.0, 3.0]), np.array([4.0, 1.0, 2.0]), 0.7
+    blocks = Three(decay, square - decay**2, square)
+    flow = np.zeros((6, 6))
+    for j in range(3):
+        flow[2 * j : 2 * j + 2, 2 * j : 2 * j + 2] = np.array(exact_flow(decay[j], square[j], time), dtype=np.float64)
+    columns, state = np.eye(6), np.array([[1.0, 2.0], [-3.0, 0.5], [0.25, -1.0]])
+    moved = flow @ state.ravel()
+    advance_columns(blocks, columns, time)
+    advance_state(blocks, state, time)
+    assert columns == pytest.approx(flow, rel=1e-14, abs=1e-16)
+    assert state.ravel() == pytest.approx(moved, rel=1e-14)

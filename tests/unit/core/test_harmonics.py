@@ -13,16 +13,15 @@ from grazemap_core.errors import ParameterError
 from grazemap_core.grazing import codimension_two, coincident_grazes
 from grazemap_core.grazing.codimension_two import CodimensionTwoPoint, codimension_two_points
 from grazemap_core.grazing.coincident_grazes import equal_maxima, vanishing_margins
-from grazemap_core.grazing.grazing_curve import ALIKE, VariedStop, grazing_curve, stop_grazes
+from grazemap_core.grazing.grazing_curve import ALIKE, VariedStop, grazing_curve, steady_motion, stop_grazes
 from grazemap_core.grazing.poincare_map import compare_returns
 from grazemap_core.grazing.point import grazing_point
 from grazemap_core.grazing.recurrence import next_contact, xi_along
-from grazemap_core.grazing.steady_maxima import steady_motion
 from grazemap_core.model.drive import force
+from grazemap_core.model.harmonic_response import steady_curvature_bound
 from grazemap_core.model.impulse_response import evaluate, impulse_response
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.model.response_bounds import second_derivative_bound
 from grazemap_core.numerics.trig_maxima import Coefficients, highest_peaks, relative
 from tests.oracles.fifty_digits import digits
 from tests.oracles.unfolded_curves import errors, random_system, unfolded_points
@@ -78,7 +77,7 @@ def test_bounds_hold_over_intervals_of_omega(seed: int) -> None:
         omega, step = np.linspace(left, right, 101), 1e-5 * left
         alone = replace(oscillator, drive=(harmonic,))
         slopes = [steady_motion(alone, omega + side * step, slopes=True).slopes[:, 0] for side in (1, -1)]
-        bound = second_derivative_bound(oscillator, harmonic, np.array([left]), np.array([right]))[0]
+        bound = steady_curvature_bound(oscillator, harmonic, np.array([left]), np.array([right]))[0]
         share = np.max(np.abs(slopes[0] - slopes[1])) / (2.0 * step) / bound
         assert share < 1.0 + 1e-6
         tightest = max(tightest, share)
@@ -93,7 +92,7 @@ def test_relative_coefficients_stay_within_their_bounds(seed: int) -> None:
     radius = middle * 10.0 ** random.uniform(-5, -1, 200)
     motion = steady_motion(oscillator, middle, slopes=True)
     ends = middle - radius, middle + radius
-    bound = np.stack([second_derivative_bound(oscillator, harmonic, *ends) for harmonic in oscillator.drive], axis=1)
+    bound = np.stack([steady_curvature_bound(oscillator, harmonic, *ends) for harmonic in oscillator.drive], axis=1)
     ratios = relative(Coefficients(motion.orders, motion.response, motion.slopes, bound, radius))
     assert 50 < np.count_nonzero(ratios.exists) < 200
     cells, tightest = np.arange(200), 0.0
@@ -148,7 +147,7 @@ def test_corners_are_missed_where_bounds_are_too_small(monkeypatch: pytest.Monke
         return sum(len(equal_maxima(random_system(seed)[0], 1, 0.1, 2.5)) for seed in range(3))
 
     complete = corners()
-    monkeypatch.setattr(coincident_grazes, "second_derivative_bound", lambda *_: np.zeros(len(_[-1])))
+    monkeypatch.setattr(coincident_grazes, "steady_curvature_bound", lambda *_: np.zeros(len(_[-1])))
     assert corners() < complete
 
 

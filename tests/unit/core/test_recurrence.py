@@ -11,10 +11,9 @@ import pytest
 from grazemap_core.errors import ParameterError, SteadyMotionError
 from grazemap_core.grazing.codimension_two import codimension_two_points, families_of_order
 from grazemap_core.grazing.grazing_curve import ALIKE, grazing_curve
-from grazemap_core.grazing.poincare_map import simulated_returns
+from grazemap_core.grazing.poincare_map import flow_jacobian, return_jacobian, simulated_returns
 from grazemap_core.grazing.point import grazing_point
 from grazemap_core.grazing.recurrence import next_contact, recurrence_sequence, xi_along
-from grazemap_core.grazing.return_maps import flow_jacobian, return_jacobian
 from grazemap_core.model.impulse_response import evaluate, impulse_response
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator

@@ -13,7 +13,7 @@ from grazemap_core.maps.basins import Coordinate, basin_tile
 from grazemap_core.maps.map_settings import MapSettings
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
-from grazemap_core.model.kernels.forced_flow import response_from_rest
+from grazemap_core.model.kernels.block_flow import response_from_rest
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.monodromy import monodromy

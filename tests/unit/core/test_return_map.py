@@ -11,9 +11,17 @@ from flint import arb
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.discontinuity_mapping import beyond_stop, exact_mapping, leading_mapping
 from grazemap_core.grazing.grazing_curve import ALIKE, grazing_curve
-from grazemap_core.grazing.poincare_map import compare_returns, mapped_return, mapped_returns, simulated_returns
+from grazemap_core.grazing.poincare_map import (
+    compare_returns,
+    flow_jacobian,
+    mapped_return,
+    mapped_returns,
+    return_jacobian,
+    return_map,
+    simulated_returns,
+    surface_projection,
+)
 from grazemap_core.grazing.point import grazing_point
-from grazemap_core.grazing.return_maps import flow_jacobian, return_jacobian, return_map, surface_projection
 from grazemap_core.model.drive import force
 from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.oscillator import Oscillator

@@ -15,11 +15,10 @@ from grazemap_core.continuation.branches import orbit_branch
 from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.grazing.codimension_two import codimension_two_points
 from grazemap_core.grazing.discontinuity_mapping import beyond_stop, largest_overshoot, mapping_error
-from grazemap_core.grazing.grazing_curve import VariedStop, grazing_curve
+from grazemap_core.grazing.grazing_curve import VariedStop, grazing_curve, steady_motion
 from grazemap_core.grazing.poincare_map import compare_returns
 from grazemap_core.grazing.point import grazing_point
 from grazemap_core.grazing.recurrence import next_contact
-from grazemap_core.grazing.steady_maxima import steady_motion
 from grazemap_core.maps.plane_grazes import grazing_margins
 from grazemap_core.maps.planes import Axis, Plane
 from grazemap_core.model.drive import force

@@ -10,7 +10,7 @@ import pytest
 
 from grazemap_core.contact.forced import forced_structures
 from grazemap_core.contact.trajectory_models import trajectory_models
-from grazemap_core.grazing.steady_maxima import steady_motion
+from grazemap_core.grazing.grazing_curve import steady_motion
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.drive import force

@@ -31,13 +31,12 @@ def varied_stops(
 ) -> list[VariedStop]:
     """Return the stops with separate grazing curves; one pair if both stops are always grazed at once."""
     from grazemap_core.grazing.grazing_curve import ALIKE, VariedStop
-    from grazemap_core.model.drive import is_half_wave_symmetric
     from grazemap_core.model.equilibrium import contact_equilibrium
 
     if request.clearance is not None:
         return [VariedStop(*varied_stop(request.clearance))]
     oscillator = core_oscillator(request.oscillator)
-    if contact_equilibrium(oscillator) == 0.0 and is_half_wave_symmetric(oscillator.drive):
+    if contact_equilibrium(oscillator) == 0.0 and oscillator.is_half_wave_symmetric:
         return [ALIKE]
     return [VariedStop(stop, together=True) for stop in (1, -1)]
 

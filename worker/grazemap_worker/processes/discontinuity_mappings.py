@@ -54,10 +54,9 @@ def compute(request: DiscontinuityMappingsRequest, report: Report) -> ClassDocum
         leading_mapping,
         mapping_error,
     )
-    from grazemap_core.grazing.poincare_map import compare_returns
+    from grazemap_core.grazing.poincare_map import compare_returns, return_jacobian
     from grazemap_core.grazing.point import grazing_point
     from grazemap_core.grazing.recurrence import next_contact, recurrence_sequence
-    from grazemap_core.grazing.return_maps import return_jacobian
 
     oscillator = core_oscillator(request.oscillator)
     stop = STOPS[request.stop]

@@ -11,10 +11,8 @@ import numpy as np
 from numba import njit
 
 from grazemap_core.arrays import Floats
+from grazemap_core.contact.tolerances import FACTOR_TERMS
 from grazemap_core.numerics.kernels.double_double import TWO_PI, Pair, add, divide, multiply, negative, scale, two_prod
-
-FACTOR_TERMS = 40
-"""Terms of the series of the flow over a cell: with exponents of at most 1 per cell the remainder is below 2**-104."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

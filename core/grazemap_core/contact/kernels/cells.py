@@ -2,12 +2,12 @@
 
 Time is cut into cells, an even number per forcing period. A state is the pair (u_j, u_j') of every block of the modal
 model *minus the steady motion*, which is tabulated over the cells of one period. A state therefore decays between
-impacts, and no phase is accumulated. Functions take a `CellProblem`, built by `grazemap_core.contact.cell_problem`, and
+impacts, and no phase is accumulated. Functions take a `CellProblem`, built by `grazemap_core.contact.forced`, and
 a state of shape (N, 2); docstrings state which arguments are changed in place.
 
-The steady motion of a resonant mode (`model.resonant_modes`) is not subtracted. In its place stands the response of the
-mode to the forcing from rest at the start of the half period. The *reference motion* that is tabulated is the sum of
-these responses and the steady motion of all other modes. It begins anew with every half period: `begin_half_period`.
+The steady motion of a resonant mode (`model.harmonic_response`) is not subtracted. In its place stands the response of
+the mode to the forcing from rest at the start of the half period. The *reference motion* that is tabulated is the sum
+of these responses and the steady motion of all other modes. It begins anew with every half period: `begin_half_period`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import numpy as np
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.tolerances import CLEARED
-from grazemap_core.model.kernels.forced_flow import forced_block
+from grazemap_core.model.kernels.block_flow import forced_block
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.numerics.kernels.double_double import two_sum
 from grazemap_core.numerics.tolerances import TAYLOR_DEGREE

@@ -35,7 +35,7 @@ from grazemap_core.contact.tolerances import (
     CONTACT_ROUNDING,
     HALF_PERIOD_IMPACTS,
 )
-from grazemap_core.model.kernels.block_flow import flow_state
+from grazemap_core.model.kernels.block_flow import advance_state
 from grazemap_core.numerics.jit.compiled import copy_matrix, inlined, kernel
 from grazemap_core.numerics.kernels.double_double import two_sum
 from grazemap_core.records import NamedTuple
@@ -135,7 +135,7 @@ def run_cell(problem: CellProblem, stops: Stops, run: Run, moment: Moment) -> in
             if offset == 0.0:
                 advance_cell(problem, u, cell + 1)
             else:
-                flow_state(problem, u, length)
+                advance_state(problem, u, length)
             if anchor != 0:
                 gap, rate = gap_and_rate(run.taylor, run.near, run.cursor[runs.ZERO_ORDER], anchor, length, 1.0)
                 # whether the parabola through both rates returns to the stop within the next cell
@@ -148,7 +148,7 @@ def run_cell(problem: CellProblem, stops: Stops, run: Run, moment: Moment) -> in
                 run.near[runs.ANCHOR_RATE] = rate
             return runs.OK
         passed = t * length
-        flow_state(problem, u, passed)
+        advance_state(problem, u, passed)
         offset += passed
         real, imag, acceleration = reference_at(problem, cell, offset)
         if stop == anchor:
@@ -202,7 +202,7 @@ def record_graze(problem: CellProblem, run: Run, end: float, half: int) -> None:
             return
     record_event(run, half, time, stop, 0.0, runs.GRAZE)
     if row < run.events.shape[0]:
-        flow_state(problem, run.events[row, runs.EVENT_COLUMNS :].reshape(u.shape), -back)
+        advance_state(problem, run.events[row, runs.EVENT_COLUMNS :].reshape(u.shape), -back)
 
 
 @kernel

@@ -43,7 +43,7 @@ from grazemap_core.contact.kernels.cells import (
 from grazemap_core.contact.kernels.runs import HeldRun, Moment, Run, put_on_stop, record_event, write_state
 from grazemap_core.contact.kernels.stops import Stops, gap_of, restitution_of
 from grazemap_core.contact.tolerances import CHATTER_ACCURACY, CHATTER_CHANGE, CONTACT_ROUNDING
-from grazemap_core.model.kernels.block_flow import flow_state
+from grazemap_core.model.kernels.block_flow import advance_state
 from grazemap_core.numerics.jit.compiled import kernel, plain
 from grazemap_core.numerics.kernels.bernstein import BECOMES_NEGATIVE, GRAZE_UNDECIDED, first_negative
 from grazemap_core.numerics.tolerances import TAYLOR_DEGREE
@@ -262,10 +262,10 @@ def carry_rest(forced: Forced, stops: Stops, run: Run, moment: Moment) -> float:
         # where nothing moves and no force acts, nothing is undecided
         if status == GRAZE_UNDECIDED and error > 0.0:
             run.tally[runs.UNDECIDED] += 1.0
-        flow_state(held, run.held.state, length)
+        advance_state(held, run.held.state, length)
         return problem.step
     passed = t * length
-    flow_state(held, run.held.state, passed)
+    advance_state(held, run.held.state, passed)
     offset += passed
     write_free_state(forced, stops, run, cell, offset)
     run.cursor[runs.HELD] = 0

@@ -17,10 +17,11 @@ import numpy as np
 from numba import njit
 
 from grazemap_core.arrays import Floats, Integers
-from grazemap_core.grazing.tolerances import MAX_CELLS, NEAR_DOUBLE_WIDTH
+from grazemap_core.grazing.tolerances import CELL_ROUNDING, ISOLATION_STACK, MAX_CELLS, NEAR_DOUBLE_WIDTH
 from grazemap_core.model.kernels.response_sums import ResponseBlocks, curvature_bound, response_at
 from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
 from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.numerics.tolerances import ROOT_STEPS
 from grazemap_core.tolerances import EPSILON
 
 SIMPLE = 0
@@ -38,11 +39,6 @@ COMPLETE = 0
 TOO_MANY_CELLS = 1
 """More than MAX_CELLS are needed; the list is not complete."""
 
-_STACK = 256
-"""Maximum number of intervals that wait to be searched."""
-_POLISHING_STEPS = 100
-"""Maximum number of Newton or bisection steps for a zero."""
-
 
 @kernel
 def _polish(
@@ -51,7 +47,7 @@ def _polish(
     """Return the zero between `left` and `right` and the derivative there, by safeguarded Newton steps."""
     point = 0.5 * (left + right)
     derivative = 0.0
-    for _ in range(_POLISHING_STEPS):
+    for _ in range(ROOT_STEPS):
         function, derivative, _, _ = response_at(kind, blocks, shift, point)
         if function == 0.0:
             break
@@ -115,7 +111,7 @@ def _zero_in_cell(
         Whether the zero is at an end, to within round-off.
     """
     middle = 0.5 * (left + right)
-    radius = 0.5 * (right - left) * (1.0 + 4.0 * EPSILON)
+    radius = 0.5 * (right - left) * CELL_ROUNDING
     function, derivative, terms, derivative_terms = response_at(kind, blocks, shift, middle)
     bound = curvature_bound(kind, blocks, shift, middle, radius)
     if not bound >= 0.0:
@@ -169,7 +165,7 @@ def isolate(
         COMPLETE or TOO_MANY_CELLS.
     """
     noise = RESPONSE_ROUNDOFF * conditioning
-    stack = np.empty((_STACK, 2))
+    stack = np.empty((ISOLATION_STACK, 2))
     stack[0, 0], stack[0, 1] = start, stop
     top = 1
     zeros = np.empty((64, 2))
@@ -190,7 +186,7 @@ def isolate(
         if what == _NONE:
             continue
         if what == _UNDECIDED:
-            if top + 2 > _STACK:
+            if top + 2 > ISOLATION_STACK:
                 status = TOO_MANY_CELLS
                 break
             stack[top, 0], stack[top, 1] = middle, right

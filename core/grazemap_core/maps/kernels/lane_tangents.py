@@ -62,12 +62,13 @@ from grazemap_core.maps.kernels.tangent_batches import (
     tangent_batch,
 )
 from grazemap_core.maps.tolerances import HALF_PERIOD_EVENTS
+from grazemap_core.model.kernels.block_flow import advance_columns
 from grazemap_core.numerics.jit.compiled import copy_matrix, copy_vector, kernel, plain
 from grazemap_core.numerics.jit.lane_values import record_of
 from grazemap_core.orbits.tolerances import MAX_VERIFIED_IMPACTS
 from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.kernels import lyapunov
-from grazemap_core.simulation.kernels.tangent import apply_saltation, flow_tangent, run_half_linearised
+from grazemap_core.simulation.kernels.tangent import apply_saltation, run_half_linearised
 from grazemap_core.simulation.tolerances import GROWTH_SURE
 
 RECORDED_IMPACTS = MAX_VERIFIED_IMPACTS + HALF_PERIOD_EVENTS
@@ -200,7 +201,7 @@ def _carry_through_impacts(model: LaneModel, stops: Stops, impacts: Floats, colu
     problem, viscous_term, passed, count = model.forced.free, model.forced.held.viscous_term, 0.0, impacts.shape[0]
     for row in range(count + 1):
         time = impacts[row, TIME] if row < count else problem.step * (problem.cells // 2)
-        flow_tangent(problem.decay, problem.discriminant, problem.frequency_squared, time - passed, columns)
+        advance_columns(problem, columns, time - passed)
         passed = time
         if row < count:
             # the viscous term of the acceleration changes sign with the velocity
@@ -215,7 +216,7 @@ def _carry_alone(engine: Engine, tangents: LaneTangents, lane: int, half: int, c
     model, group, run = record_of(engine.models, lane), engine.group, tangents.run
     problem, stops, impacts = model.forced.free, lane_stops(group, lane), tangents.impacts[lane]
     if elapsed > 0.0:
-        flow_tangent(problem.decay, problem.discriminant, problem.frequency_squared, elapsed, columns)
+        advance_columns(problem, columns, elapsed)
     if impacts == NOT_ALL:
         state_of_lane(tangents.even, lane, run.u)
         copy_contact(contact_of_run(run), contact_of_lane(tangents.contacts, lane))
@@ -286,7 +287,7 @@ def _flow_to_end(problem: CellProblem, tangents: LaneTangents, lane: int) -> Non
     """Carry changes on to the end of a half period, and add their growth to it."""
     k, growth, columns = tangents.grown[lane], tangents.growth[lane], tangents.errors.changes[lane]
     elapsed = tangents.errors.elapsed[lane]
-    flow_tangent(problem.decay, problem.discriminant, problem.frequency_squared, elapsed, columns)
+    advance_columns(problem, columns, elapsed)
     first, second = growth[k, 0], growth[k, 1]
     lyapunov.orthonormalise(problem.frequency, columns, growth[k])
     growth[k, 0] += first

@@ -57,7 +57,7 @@ from grazemap_core.maps.kernels.lanes import (
     state_of_lane,
 )
 from grazemap_core.maps.kernels.second_pass import WIDTH
-from grazemap_core.model.kernels.block_flow import flow_state
+from grazemap_core.model.kernels.block_flow import advance_state
 from grazemap_core.numerics.jit.compiled import copy_vector, inlined, kernel, plain
 from grazemap_core.numerics.jit.lane_values import lane_row, lane_value, record_of, table_of
 from grazemap_core.numerics.jit.record_references import reference
@@ -157,7 +157,7 @@ def _defer_after_impact(engine: Engine, k: int, status: int, count: int) -> int:
         u[j, 0] = end[2 * j * WIDTH + k]
         u[j, 1] = end[(2 * j + 1) * WIDTH + k]
     left = 0.5 * (1.0 - rows[second_pass.ORIGIN * WIDTH + k]) * problem.step
-    flow_state(problem, u, -left)
+    advance_state(problem, u, -left)
     for j in range(u.shape[0]):
         group.deferred_state[lane, 2 * j] = u[j, 0]
         group.deferred_state[lane, 2 * j + 1] = u[j, 1]

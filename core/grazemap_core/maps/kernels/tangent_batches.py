@@ -7,7 +7,7 @@ its last one; a lane without any impact advances to the end of the half period. 
 
 The time between two impacts is a whole number of parts of a cell, and a short time of at most half a part, forward or
 backward. The flow over the parts is from a table, the flow over the short time from a series. The flow of a block
-follows from the block's response to a unit velocity. The arithmetic is that of `tangent.flow_tangent` and
+follows from the block's response to a unit velocity. The arithmetic is that of `advance_columns` and of
 `tangent.apply_saltation`. At the end the changes of a lane are made orthonormal in the energy norm.
 """
 

@@ -17,7 +17,7 @@ import numpy as np
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.contact.kernels.cells import CellProblem, forced_part
 from grazemap_core.contact.kernels.runs import HALF, TIME, read_state
-from grazemap_core.model.kernels.block_flow import flow_state
+from grazemap_core.model.kernels.block_flow import advance_state
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.tolerances import PANEL_DEGREE, PEAK_ACCURACY
@@ -73,7 +73,7 @@ def _begin_panel(
     """Write the blocks at the beginning of a panel, a time after an event, and return the phase of the forcing."""
     state = scratch.state[: outputs.decay.shape[0]]
     read_state(row, state)
-    flow_state(outputs, state, passed)
+    advance_state(outputs, state, passed)
     time = row[TIME] + passed
     if outputs.resonant:
         forced_part(problem, state, int(row[HALF]), time, 1.0)

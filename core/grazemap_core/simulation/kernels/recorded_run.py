@@ -29,7 +29,7 @@ from grazemap_core.contact.kernels.runs import (
 )
 from grazemap_core.contact.kernels.sticking import held_motion, turn_to
 from grazemap_core.contact.kernels.stops import Stops, gap_of
-from grazemap_core.model.kernels.block_flow import flow_state
+from grazemap_core.model.kernels.block_flow import advance_state
 from grazemap_core.numerics.kernels.double_double import TWO_PI, Pair, divide, two_prod
 from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.kernels.period_detection import StroboscopicHistory, record_half_period
@@ -144,7 +144,7 @@ def sample_motion(
         passed = (half[n] - event[HALF]) * half_time + (within[n] - event[TIME])
         if rests(event[KIND]):
             read_state(event, held.state)
-            flow_state(held_problem, held.state, passed)
+            advance_state(held_problem, held.state, passed)
             turn_to(held_problem, held, 0, angle[n])
             held_motion(held_problem, held, event[STOP] * gap_of(stops, event[STOP]))
             for i in range(count):
@@ -152,7 +152,7 @@ def sample_motion(
                 v[i, n] = held.physical[count + i]
             continue
         read_state(event, u)
-        flow_state(problem, u, passed)
+        advance_state(problem, u, passed)
         forced_part(problem, u, int(event[HALF]), passed + event[TIME], 1.0)
         x[:, n] = 0.0
         v[:, n] = 0.0

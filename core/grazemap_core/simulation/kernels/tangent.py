@@ -25,22 +25,11 @@ from grazemap_core.contact.kernels.cells import CellProblem, Forced, HeldProblem
 from grazemap_core.contact.kernels.half_period import run_half
 from grazemap_core.contact.kernels.runs import Run, copy_state
 from grazemap_core.contact.kernels.stops import Stops, restitution_of
-from grazemap_core.model.kernels.block_flow import block_flow
+from grazemap_core.model.kernels.block_flow import advance_columns
 from grazemap_core.numerics.jit.compiled import kernel
 
 GRAZED = 101
 """There is an impact at zero velocity, where the flow has no derivative."""
-
-
-@kernel
-def flow_tangent(decay: Floats, discriminant: Floats, frequency_squared: Floats, time: float, tangent: Floats) -> None:
-    """Apply the flow of n blocks to the first 2 n rows of tangent, in place."""
-    for j in range(decay.shape[0]):
-        e11, e12, e21, e22 = block_flow(decay[j], discriminant[j], frequency_squared[j], time)
-        for c in range(tangent.shape[1]):
-            first, second = tangent[2 * j, c], tangent[2 * j + 1, c]
-            tangent[2 * j, c] = e11 * first + e12 * second
-            tangent[2 * j + 1, c] = e21 * first + e22 * second
 
 
 @kernel
@@ -155,9 +144,9 @@ def carry_tangent(forced: Forced, stops: Stops, run: Run, half: int, resting: bo
         last = row == run.cursor[runs.EVENT_COUNT]
         time = problem.step * (problem.cells // 2) if last else run.events[row, runs.TIME]
         if resting:
-            flow_tangent(held.decay, held.discriminant, held.frequency_squared, time - passed, tangent)
+            advance_columns(held, tangent, time - passed)
         else:
-            flow_tangent(problem.decay, problem.discriminant, problem.frequency_squared, time - passed, tangent)
+            advance_columns(problem, tangent, time - passed)
         passed = time
         if last:
             break
