@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from grazemap_core.codes import INFINITE
+from grazemap_core.continuation.motion_curves import distances_from_line
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.borders.map_borders import BORDER_REASONS, EXPLANATIONS, MapBorders, map_borders
-from grazemap_core.maps.borders.motion_grid import MotionGrid, MotionName, nearest, positions
+from grazemap_core.maps.borders.motion_grid import MotionGrid, MotionName, positions
 from grazemap_core.maps.borders.regions import NO_REGION, Regions
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
@@ -256,8 +257,10 @@ def test_distances_are_in_steps_of_the_map_and_from_what_is_drawn():
     np.testing.assert_allclose(positions(values, np.array([0.5, 1.5, 3.0, 6.0])), [-0.5, 0.5, 1.5, 3.0])
     line = np.array([[0.0, 0.0], [0.0, 4.0], [5.0, 4.0]])
     places = np.array([[1.0, 2.0], [2.0, 5.0], [-3.0, 0.0]])
-    np.testing.assert_allclose(nearest(line, np.array([True, True, True]), places), [1.0, 1.0, 3.0])
+    np.testing.assert_allclose(distances_from_line(places, line, np.array([True, True, True])), [1.0, 1.0, 3.0])
     # the second piece is left out, and the second place is nearest to the end of the first
-    np.testing.assert_allclose(nearest(line, np.array([True, False, False]), places), [1.0, np.sqrt(5.0), 3.0])
-    assert np.all(np.isinf(nearest(line, np.zeros(3, dtype=bool), places)))
-    np.testing.assert_allclose(nearest(np.ones((1, 2)), np.ones(1, dtype=bool), places[:1]), [1.0])
+    np.testing.assert_allclose(
+        distances_from_line(places, line, np.array([True, False, False])), [1.0, np.sqrt(5.0), 3.0]
+    )
+    assert np.all(np.isinf(distances_from_line(places, line, np.zeros(3, dtype=bool))))
+    np.testing.assert_allclose(distances_from_line(places[:1], np.ones((1, 2))), [1.0])
