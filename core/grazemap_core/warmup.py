@@ -55,14 +55,13 @@ def _orbits(oscillator: Oscillator) -> None:
     from grazemap_core.grazing.grazing_curve import VariedStop
     from grazemap_core.grazing.poincare_map import compare_returns
     from grazemap_core.grazing.point import grazing_point
-    from grazemap_core.orbits.one_impact_branches import one_impact_branch
     from grazemap_core.orbits.periodic_orbits import periodic_orbit
     from grazemap_core.orbits.search import explicit_sequences, sequence_of_stops
-    from grazemap_core.orbits.window_curves import window_curves
+    from grazemap_core.orbits.single_impact.window_curves import window_curves
     from grazemap_core.simulation.monodromy import linearised_run
 
-    one_impact_branch(oscillator, 0.28)
-    window_curves(oscillator, (0.28, 0.29), (1.8, 2.0), 1, 2, VariedStop(1))
+    for other in (None, 1.9):  # a lone stop has its grazes in one interval of phases, a fixed one has not
+        window_curves(oscillator, (0.28, 0.29), (1.8, 2.0), 1, 2, VariedStop(1, other))
     explicit_sequences(oscillator, 0.28, (1.85, None), 1, np.array([1]))
     point = grazing_point(oscillator, 0.29)
     mapping_error(point, np.array([1e-6]))

@@ -13,14 +13,34 @@ from grazemap_core.continuation.branches import orbit_branch
 from grazemap_core.continuation.motion_curves import orbit_in_window
 from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
-from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.orbits.search import sequence_of_stops
+from grazemap_core.orbits.single_impact.special_orbits import ABSENT, ALIKE, StopFamily
 from grazemap_core.simulation.monodromy import monodromy
 from grazemap_core.simulation.trajectories import trajectory
+from tests.oracles.closed_form import one_impact_branch
 from tests.oracles.one_impact_orbits import orbit_at
 from tests.support.oscillators import DEFAULT
+
+
+def one_impact_motions(oscillator, omega, multiple=1, symmetric=False, stop=1, alone=False):
+    """The motions with one impact on a stop, or one on each, at a frequency; the other stop is absent or like it."""
+    family = OrbitFamily.of(oscillator, multiple, symmetric)
+    return StopFamily(family, stop, ABSENT if alone else ALIKE).at(omega, family.steady(omega))
+
+
+def special_motion(motions, kind):
+    """The only special motion of a type with a gap above 0, or None."""
+    motions_with_gap = [orbit for orbit in motions.special(kind) if orbit.gap > 0.0]
+    assert len(motions_with_gap) <= 1
+    return motions_with_gap[0] if motions_with_gap else None
+
+
+def angle_of(motions, phase):
+    """The angle psi of the theory page of the motion with an impact at a phase, in (-pi, pi]."""
+    return math.remainder(phase + np.angle(motions.orbits.toward.amplitudes[0]), 2.0 * math.pi)
 
 
 def random_chain(rng, count, per_link, restitution):

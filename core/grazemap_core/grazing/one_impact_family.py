@@ -12,7 +12,7 @@ import numpy as np
 from grazemap_core.arrays import Floats
 from grazemap_core.checks import checked_order
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.kernels.kicked_motion import state_before_impulse
+from grazemap_core.grazing.kernels.periodic_impulses import state_before_impulse
 from grazemap_core.model.impulse_response import ImpulseResponse, evaluate
 from grazemap_core.model.kernels.response_sums import ALTERNATING, SAME_SIGN
 from grazemap_core.model.modal import ModalModel
@@ -61,6 +61,8 @@ class PeriodicSums:
     """H' at mu = +1: its velocity."""
     acceleration: float
     """H'' at mu = +1: its acceleration."""
+    acceleration_after: float
+    """The acceleration just after an impulse, caused by it and all earlier ones."""
     doubled_displacement: float
     """H at mu = -1."""
     doubled_velocity: float
@@ -86,17 +88,18 @@ def periodic_sums(response: ImpulseResponse, pattern: Pattern, omega: float) -> 
     tau = pattern.spacing(omega)
     same, doubled = (state_before_impulse(kind, *response.blocks, tau) for kind in pattern.kinds)
     total = np.add.reduce
-    acceleration, doubled_acceleration = (
-        float(total(-response.frequency_squared * state[:, 0] - 2.0 * response.decay * state[:, 1]))
-        for state in (same, doubled)
-    )
     after = same.copy()
     after[:, 0] += response.value
     after[:, 1] += response.slope
+    acceleration, acceleration_after, doubled_acceleration = (
+        float(total(-response.frequency_squared * state[:, 0] - 2.0 * response.decay * state[:, 1]))
+        for state in (same, after, doubled)
+    )
     return PeriodicSums(
         displacement=float(total(same[:, 0])),
         velocity=float(total(same[:, 1])),
         acceleration=acceleration,
+        acceleration_after=acceleration_after,
         doubled_displacement=float(total(doubled[:, 0])),
         doubled_velocity=float(total(doubled[:, 1])),
         doubled_acceleration=doubled_acceleration,

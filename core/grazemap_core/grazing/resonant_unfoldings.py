@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-from grazemap_core.grazing.kernels.kicked_motion import ADMISSIBLE, NEVER, contact_margin
+from grazemap_core.grazing.kernels.periodic_impulses import ADMISSIBLE, NEVER, contact_margin
 from grazemap_core.grazing.one_impact_family import Pattern, periodic_sums, sum_slopes
 from grazemap_core.model.impulse_response import ImpulseResponse
 from grazemap_core.records import NamedTuple, dataclass

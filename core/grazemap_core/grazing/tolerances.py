@@ -47,23 +47,9 @@ keeps its ends distinct; searches over wider intervals would need more than MAX_
 END_WIDTH: Final = 1.0e-13
 """Relative amount by which the interval is widened, so that rounding does not exclude a zero at an end."""
 
-CONTACT_CELLS: Final = 8
-"""Initial number of cells per half forcing period in the search for a further contact; the search halves them."""
-
 CONTACT_ROUNDOFF: Final = 64.0 * EPSILON
 """Round-off of the distance to a stop, relative to its terms times the angles in their sines: a few units for the flow
 of a block, its state and the sums (`RESPONSE_ROUNDOFF`), and as many for the coefficient of the sums."""
-
-MIN_CONTACT_CELL: Final = 1e-9
-"""Length, relative to the time between impacts, below which a cell is not halved further, as at a graze with zero
-curvature. The error of the distance is then the cube of this times the bound of its third derivative."""
-
-MAXIMUM_STEP: Final = 4.0 * EPSILON
-"""Newton step toward the maximum of the distance, relative to the time between impacts, at which it has converged."""
-
-TANGENT_WIDTH: Final = 64.0 * EPSILON
-"""Time before the next impact, relative to the time between impacts, at which a maximum is the impact itself: the error
-of the maximum is a few MAXIMUM_STEP."""
 
 BACKWARD_STEPS: Final = 500
 """Maximum number of steps of a backward search: up to ten near a graze, hundreds if the contact nearly came to rest

@@ -18,11 +18,11 @@ from grazemap_core.contact.stops import Clearance, stops_between
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
-from grazemap_core.orbits.explicit_orbits import one_impact_sequences, two_impact_sequences
 from grazemap_core.orbits.family import OrbitFamily, steady_size
 from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
-from grazemap_core.orbits.one_impact_branches import OneImpactBranch, one_impact_branch
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
+from grazemap_core.orbits.single_impact.orbits import one_impact_sequences
+from grazemap_core.orbits.two_impact_orbits import two_impact_sequences
 from grazemap_core.simulation.start import ForcedOscillator, forced_oscillator
 from grazemap_core.simulation.trajectories import trajectory
 
@@ -98,34 +98,20 @@ def explicit_sequences(
 
 def _explicit(forced: ForcedOscillator, period: int, wanted: Integers) -> ImpactSequence | None:
     """Return the impacts of an orbit with one impact, or one on each stop; one that is admissible, if there is one."""
-    oscillator, omega, stops = forced.oscillator, forced.omega, forced.stops
-    first, gap = int(wanted[0]), gap_of(stops, int(wanted[0]))
-    alike = wanted.size == 2 and period % 2 == 1 and stops.symmetric
-    lone = [harmonic.order for harmonic in oscillator.forces] == [1]
-    if lone and gap > 0.0 and (wanted.size == 1 or alike):
-        branch = one_impact_branch(oscillator, omega, period, alike, first)
-        angles = branch.angles(gap)
-        if angles:
-            return _of_closed_form(branch, angles[-1], first)
-    sequences = explicit_sequences(oscillator, omega, forced.clearance, period, wanted)
-    for sequence in sequences:
-        if periodic_orbit(oscillator, omega, forced.clearance, sequence).admissible:
+    first = None
+    for sequence in _explicit_sequences(forced, period, wanted):
+        if periodic_orbit(forced.oscillator, forced.omega, forced.clearance, sequence).admissible:
             return sequence
-    return sequences[0] if sequences else None
+        first = first or sequence
+    return first
 
 
-def _of_closed_form(branch: OneImpactBranch, angle: float, stop: int) -> ImpactSequence:
-    """Return the impacts of the orbit at an angle of a branch whose first impact is on this stop."""
-    phase = angle - branch.phase + (math.pi if stop < 0 else 0.0)
-    phase = math.remainder(phase, 2.0 * math.pi)
-    pattern = branch.pattern
-    return ImpactSequence.create(
-        pattern.multiple,
-        [stop],
-        [phase if phase > -math.pi else math.pi],
-        [stop * branch.impact_velocity(angle)],
-        pattern.symmetric,
-    )
+def _explicit_sequences(forced: ForcedOscillator, period: int, wanted: Integers) -> Iterator[ImpactSequence]:
+    """Yield the impacts of orbits with one impact, or one on each stop, symmetric ones first."""
+    if wanted.size == 2 and period % 2 == 1 and forced.stops.symmetric:
+        family = OrbitFamily.of(forced.oscillator, period, symmetric=True)
+        yield from one_impact_sequences(family, forced.stops, forced.omega, int(wanted[0]))
+    yield from explicit_sequences(forced.oscillator, forced.omega, forced.clearance, period, wanted)
 
 
 def _settled(forced: ForcedOscillator, seed: int) -> Iterator[ImpactSequence]:

@@ -36,6 +36,13 @@ ORBIT_FLOOR: Final = 1e-6
 """Distance from a stop, in units of `OrbitProblem.length`. Where only contacts are asked for, maxima of the
 displacement that are farther from the stop are not searched for. It is far above the round-off of the distance."""
 
+CONTACT_CELLS: Final = 8
+"""Initial number of cells per half forcing period in the search for a further contact; the search halves them."""
+
+MIN_CONTACT_CELL: Final = 1e-9
+"""Length, relative to the time between impacts, below which a cell is not halved further, as at a graze with zero
+curvature. The error of the distance is then the cube of this times the bound of its third derivative."""
+
 STEPS_TO_MAXIMUM: Final = 60
 """Maximum number of steps in the search for a maximum of the displacement between two impacts. Newton's method takes a
 few; bisection, which replaces a step that leaves the cell, reaches round-off in fewer than 60."""
@@ -104,6 +111,9 @@ twice: a few roundings of a phase. Two zeros that are so close differ in no resu
 LAG_ACCURACY: Final = 1e-13
 """Accuracy, radians, of the lag between the two impacts of a guess; Newton's method then makes the lag exact."""
 
+FREQUENCY_ACCURACY: Final = 1e-300
+"""Absolute accuracy of the frequency of a line; the relative one, a few roundings, is what counts at any frequency."""
+
 LAG_STEPS: Final = 128
 """Lags per forcing period at which orbits with two impacts are looked for. Two orbits whose lags are closer meet at a
 saddle-node nearby. The mismatch of the second gap is smooth on the scale of the shortest period of the structure; if
@@ -117,6 +127,11 @@ more."""
 GRAZE_OFFSET: Final = 1e-6
 """The first and the last of these phases are this share of the distance between the zeros away from them. The excess at
 a further contact is proportional to the offset there, and far above round-off."""
+
+STEPS_TO_ADMISSIBLE: Final = 128
+"""Maximum number of steps to the phase at which admissible orbits begin. Five to eight are usual. After an impact of
+little restitution the contact that excludes most may be close to the impact; each step then divides the distance by
+1.5 only, and 90 of these reach round-off."""
 
 SAME_CURVE_PHASE: Final = 0.5
 """Maximum change, radians, of the phase less that of the steady motion, from one point of a curve to the next. A curve

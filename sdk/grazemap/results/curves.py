@@ -41,9 +41,9 @@ class PlaneCurve(Record):
     vertical: FloatArray | None = field("Values of the vertical parameter.", "point", when=_AXIS_WINDOWS)
     ends: tuple[str, ...] = field(
         "The reason for each end: window, grazing (the curve meets the grazing curve), admissible (the admissibility "
-        "changes), none (no such motions beyond); for continued curves also closed, real (two multipliers become "
-        "real), step (impacts coincide, or orbits are not smooth), singular (curves meet), points (their maximum "
-        "number).",
+        "changes), none (no such motions beyond), undecided (round-off hides whether the next orbit is admissible); "
+        "for continued curves also closed, real (two multipliers become real), step (impacts coincide, or orbits are "
+        "not smooth), singular (curves meet), points (their maximum number).",
         "end",
         variable=None,
     )

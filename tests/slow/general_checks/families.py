@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from grazemap_core.model.equilibrium import contact_equilibrium
-from grazemap_core.orbits.explicit_orbits import two_impact_sequences
 from grazemap_core.orbits.family import OrbitFamily, steady_size
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.periodic_orbits import at_point, periodic_orbit
+from grazemap_core.orbits.two_impact_orbits import two_impact_sequences
 from tests.oracles.fifty_digits import digits
 from tests.oracles.impact_orbit_oracle import differences, solved
 from tests.oracles.unfolded_curves import errors, random_system, unfolded_points

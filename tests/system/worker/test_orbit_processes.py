@@ -9,8 +9,8 @@ import pytest
 
 from grazemap.wire import Oscillator
 from grazemap_core.continuation import special_points
-from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_worker.processes.conversion import core_oscillator
+from tests.oracles.closed_form import one_impact_branch
 from tests.support.computed import whole
 
 ORBIT = {"omega": 0.27, "clearance": 1.85}

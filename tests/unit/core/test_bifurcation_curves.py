@@ -11,7 +11,7 @@ import pytest
 from grazemap_core.continuation.bifurcation_curves import BifurcationProblem, bifurcation_curve
 from grazemap_core.continuation.branches import orbit_branch
 from grazemap_core.grazing.grazing_curve import grazing_curve
-from grazemap_core.orbits.one_impact_branches import one_impact_branch
+from tests.oracles.closed_form import one_impact_branch
 from tests.support.orbits import in_window, orbit_on, random_chain, sixteen_impacts, start, tangent_flow, two_impacts
 from tests.support.oscillators import DEFAULT
 from tests.support.refused import refused

@@ -14,10 +14,10 @@ from grazemap_core.maps.runner import Runner
 from grazemap_core.maps.tolerances import EXPONENT_PERIODS
 from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.simulation.motion import KINDS, REASONS
 from grazemap_core.simulation.start import State, forced_oscillator
 from grazemap_core.simulation.trajectories import trajectory
+from tests.oracles.closed_form import one_impact_branch
 from tests.oracles.one_impact_orbits import orbits_at_clearance
 from tests.oracles.steady_displacements import steady_response
 from tests.slow.resolved_points import ONE_MASS, SENSITIVE

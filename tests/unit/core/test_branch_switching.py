@@ -11,9 +11,9 @@ import pytest
 from grazemap_core.continuation.branch_switching import merged, starts_beyond
 from grazemap_core.continuation.branches import orbit_branch
 from grazemap_core.continuation.tolerances import SWITCH_STEPS
-from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.simulation.trajectories import trajectory
+from tests.oracles.closed_form import one_impact_branch
 from tests.oracles.fifty_digits import digits
 from tests.oracles.impact_orbit_oracle import differences, solved
 from tests.support.orbits import from_impact, mismatch, orbit_of, parent, special, tangent_flow, two_impacts

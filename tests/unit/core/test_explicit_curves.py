@@ -10,22 +10,30 @@ import pytest
 from flint import arb
 
 from grazemap_core.grazing.grazing_curve import VariedStop, stop_grazes
-from grazemap_core.grazing.kernels.kicked_motion import ANGLE_UNDECIDED
+from grazemap_core.grazing.kernels.periodic_impulses import UNDECIDED
 from grazemap_core.model.drive import force
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits import explicit_orbits, one_impact_branches
-from grazemap_core.orbits.explicit_curves import ABSENT, SecondStop, SpecialOrbit, StopFamily, StopMotions
-from grazemap_core.orbits.explicit_orbits import Harmonics, apart_on_circle, within_turn
+from grazemap_core.orbits.bracketed_zero import bracketed_zero
 from grazemap_core.orbits.family import OrbitFamily
-from grazemap_core.orbits.one_impact_branches import one_impact_branch
-from grazemap_core.orbits.one_impact_curves import one_impact_curves
+from grazemap_core.orbits.kernels.admissibility import GIVEN_UP, MEETS, NO_FURTHER_CONTACT, TOUCHES
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
-from grazemap_core.orbits.window_curves import BOTH_STOPS, CurvePiece, window_curves
+from grazemap_core.orbits.single_impact import special_orbits
+from grazemap_core.orbits.single_impact.harmonics import Harmonics, apart_on_circle, within_turn
+from grazemap_core.orbits.single_impact.special_orbits import (
+    ABSENT,
+    AdmissibleFrom,
+    SecondStop,
+    SpecialOrbit,
+    StopFamily,
+    StopMotions,
+)
+from grazemap_core.orbits.single_impact.window_curves import BOTH_STOPS, CurvePiece, window_curves
 from tests.oracles.fifty_digits import digits
 from tests.oracles.impact_orbit_oracle import OneImpact
 from tests.support.general_systems import random_oscillator
 from tests.support.oscillators import DEFAULT
+from tests.support.refused import refused
 
 
 @functools.cache
@@ -107,27 +115,6 @@ def test_lines_of_a_fixed_stop_are_its_curves_at_its_clearance() -> None:
             assert (orbit.excess < 0.0) == clear
         compared += 1
     assert compared >= 2
-
-
-@pytest.mark.parametrize(("multiple", "stop"), [(1, 1), (2, 1), (1, -1)])
-@pytest.mark.parametrize("alone", [True, False])
-def test_special_orbits_of_one_harmonic_are_those_of_the_closed_form(multiple: int, stop: int, alone: bool) -> None:
-    """With one stop, and with two of equal gaps; the first contact too."""
-    family = OrbitFamily.of(DEFAULT, multiple, False)
-    of = StopFamily(family, stop, ABSENT if alone else SecondStop(0.0, 1.0))
-    compared = 0
-    for omega in (0.262, 0.281, 0.2875, 0.3):
-        here = of.at(omega, family.steady(omega))
-        for point in one_impact_branch(DEFAULT, omega, multiple, stop=stop, alone=alone).special_points[1:]:
-            near = [
-                special for special in here.special(point.type) if abs(special.speed - point.impact_velocity) < 1e-10
-            ]
-            assert [special.gap for special in near] == [pytest.approx(point.clearance, abs=1e-10)]
-            assert near[0].admissible == point.admissible
-            if point.stop is not None:
-                assert near[0].stop == point.stop * stop
-            compared += 1
-    assert compared
 
 
 def test_curves_of_symmetric_motions_under_several_harmonics_are_orbits_with_half_multipliers_of_1_or_minus_1() -> None:
@@ -220,30 +207,65 @@ def test_zeros_of_a_polynomial_are_given_once_within_a_turn() -> None:
 
 
 def test_a_function_that_is_not_a_number_is_not_taken_as_one_without_zero() -> None:
-    assert explicit_orbits._zero(lambda x: x - 0.25, 0.0, 1.0) == pytest.approx(0.25)
-    assert explicit_orbits._zero(lambda x: x + 0.25, 0.0, 1.0) is None
+    assert bracketed_zero(lambda x: x - 0.25, 0.0, 1.0, 1e-13) == pytest.approx(0.25)
+    assert bracketed_zero(lambda x: x + 0.25, 0.0, 1.0, 1e-13) is None
     with pytest.raises(ValueError, match="NaN"):
-        explicit_orbits._zero(lambda x: x - 0.25 if x in (0.0, 1.0) else np.nan, 0.0, 1.0)
+        bracketed_zero(lambda x: x - 0.25 if x in (0.0, 1.0) else np.nan, 0.0, 1.0, 1e-13)
 
 
-@pytest.mark.parametrize("symmetric", [False, True])
-def test_special_points_are_decided_where_round_off_hides_the_slow_orbits(symmetric: bool, monkeypatch) -> None:
-    """Orbits of vanishing speed say nothing of the others, which are decided one by one."""
-    omega = np.linspace(0.262, 0.298, 7)
-    known = one_impact_curves(DEFAULT, omega, 1, symmetric)
-    decided = one_impact_branches.contact_angle
+WINDOW = (0.262, 0.298), (1.3, 2.05), 1, 9
 
-    def hidden(motion, half_periods, stop, meets):
-        return (1.0, 0.0, np.nan, ANGLE_UNDECIDED) if stop > 0 else decided(motion, half_periods, stop, meets)
 
-    monkeypatch.setattr(one_impact_branches, "contact_angle", hidden)
-    curves = one_impact_curves(DEFAULT, omega, 1, symmetric)
-    some = 0
-    for name in ("saddle_node", "doubling", "contact"):
-        ours, theirs = getattr(curves, name), getattr(known, name)
-        np.testing.assert_allclose(ours.clearance, theirs.clearance, rtol=1e-9, err_msg=name)
-        np.testing.assert_allclose(ours.impact_velocity, theirs.impact_velocity, rtol=1e-7, err_msg=name)
-        np.testing.assert_array_equal(ours.admissible, theirs.admissible, err_msg=name)
-        np.testing.assert_array_equal(ours.stop, theirs.stop, err_msg=name)
-        some += np.count_nonzero(theirs.admissible)
-    assert some > 3
+def test_curves_are_decided_where_round_off_hides_the_slow_orbits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Orbits of vanishing speed say nothing of the others, one of which decides."""
+    known = window_curves(DEFAULT, *WINDOW)
+    assert {(piece.type, piece.admissible) for piece in known} >= {(kind, True) for kind in ("SN", "PD", "SB", "GR")}
+    monkeypatch.setattr(special_orbits, "contact_margin", lambda *arguments: (0.0, UNDECIDED))
+    curves = window_curves(DEFAULT, *WINDOW)
+    assert [(piece.type, piece.symmetric, piece.admissible, piece.ends) for piece in curves] == [
+        (piece.type, piece.symmetric, piece.admissible, piece.ends) for piece in known
+    ]
+    for ours, theirs in zip(curves, known, strict=True):
+        np.testing.assert_array_equal(ours.value, theirs.value)
+
+
+def test_a_curve_ends_where_round_off_hides_whether_its_orbits_are_admissible(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is not continued as one of orbits that are not admissible."""
+    omega = np.linspace(*WINDOW[0], WINDOW[3])
+    unknown = omega[3:5]
+    admissible_from = StopMotions.__dict__["admissible_from"].func
+
+    def hidden(motions: StopMotions) -> AdmissibleFrom:
+        begin: AdmissibleFrom = admissible_from(motions)
+        return begin._replace(any=None) if motions.orbits.omega in unknown else begin
+
+    def grazes() -> list[CurvePiece]:
+        return [piece for piece in window_curves(DEFAULT, *WINDOW) if piece.type == "GR" and not piece.symmetric]
+
+    known = grazes()
+    assert any(piece.omega[0] < unknown[0] and unknown[1] < piece.omega[-1] for piece in known)
+    monkeypatch.setattr(StopMotions, "admissible_from", property(hidden))
+    cut = grazes()
+    assert all(piece.admissible for piece in [*known, *cut])
+    assert [piece.ends[1] for piece in cut if piece.omega[-1] < unknown[0]] == ["undecided"]
+    assert [piece.ends[0] for piece in cut if piece.omega[0] > unknown[1]] == ["undecided"]
+    assert sum(len(piece.omega) for piece in cut) == sum(len(piece.omega) for piece in known) - 2
+
+
+def test_a_special_orbit_whose_contact_is_hidden_is_neither_admissible_nor_not() -> None:
+    """Where the motions that do not decide are touched to within round-off."""
+    assert [special_orbits._verdict(status) for status in (NO_FURTHER_CONTACT, MEETS, TOUCHES)] == [True, False, None]
+
+
+def test_a_search_that_is_given_up_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It does not say that the orbit is not admissible."""
+    here = StopFamily(OrbitFamily.of(dense(), 1, False), 1, ABSENT).at(
+        0.9, OrbitFamily.of(dense(), 1, False).steady(0.9)
+    )
+
+    def given_up(problem, motions, phases, floor, contacts, scratch):
+        contacts.status[:] = GIVEN_UP
+
+    monkeypatch.setattr(special_orbits, "contacts_at", given_up)
+    with refused("omega"):
+        here.orbits_at([1.0])

@@ -19,7 +19,7 @@ from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.harmonic_response import contact_response
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits.window_curves import window_curves
+from grazemap_core.orbits.single_impact.window_curves import window_curves
 from grazemap_core.simulation.motion import KINDS
 from tests.support.borders import count, explained_steps, planted
 from tests.support.oscillators import DEFAULT

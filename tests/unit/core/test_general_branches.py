@@ -21,12 +21,12 @@ from grazemap_core.grazing.grazing_curve import VariedStop
 from grazemap_core.grazing.one_impact_family import Pattern
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits.explicit_orbits import OneImpactOrbits
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
-from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
-from grazemap_core.orbits.window_curves import window_curves
+from grazemap_core.orbits.single_impact.orbits import OneImpactOrbits
+from grazemap_core.orbits.single_impact.window_curves import window_curves
+from tests.oracles.closed_form import one_impact_branch
 from tests.support.general_systems import random_oscillator, with_orbit
 from tests.support.orbits import in_window, orbit_with
 from tests.support.oscillators import COCO, DEFAULT

@@ -14,19 +14,20 @@ from grazemap_core.model.drive import force
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits.explicit_orbits import OneImpactOrbits, one_impact_sequences, two_impact_sequences
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
-from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.periodic_orbits import at_point, periodic_orbit
 from grazemap_core.orbits.search import sequence_of_stops
+from grazemap_core.orbits.single_impact.orbits import OneImpactOrbits, one_impact_sequences
 from grazemap_core.orbits.states import states_at
+from grazemap_core.orbits.two_impact_orbits import two_impact_sequences
 from grazemap_core.simulation.trajectories import trajectory
+from tests.oracles.closed_form import one_impact_branch
 from tests.oracles.fifty_digits import digits
 from tests.oracles.impact_orbit_oracle import differences, solved
 from tests.support.general_figures import FIGURES
 from tests.support.general_systems import mismatch, random_oscillator, with_orbit
-from tests.support.orbits import orbit_with, tangent_flow
+from tests.support.orbits import one_impact_motions, orbit_with, special_motion, tangent_flow
 from tests.support.oscillators import COCO, DEFAULT
 from tests.support.refused import refused
 from tests.support.thorough import the_first
@@ -74,10 +75,10 @@ def test_recorded_curve_points_of_one_stop(name: str, oscillator: Oscillator) ->
 
 def test_recorded_curve_points_over_the_force() -> None:
     for known in FIGURES["coco/curve_points_force_plane"]:
-        branch = one_impact_branch(COCO, float(known["omega"]), known["n"], alone=True)
-        (point,) = [p for p in branch.special_points if p.type == known["kind"]]
-        assert 1.0 / point.clearance == pytest.approx(float(known["force"]), rel=1e-11)
-        assert point.impact_velocity / point.clearance == pytest.approx(float(known["v_at_d_1"]), rel=1e-11)
+        motions = one_impact_motions(COCO, float(known["omega"]), known["n"], alone=True)
+        point = special_motion(motions, known["kind"])
+        assert 1.0 / point.gap == pytest.approx(float(known["force"]), rel=1e-11)
+        assert point.speed / point.gap == pytest.approx(float(known["v_at_d_1"]), rel=1e-11)
 
 
 def test_the_orbit_of_the_book() -> None:

@@ -17,9 +17,9 @@ from grazemap_core.maps.borders.motion_grid import MotionGrid, MotionName, posit
 from grazemap_core.maps.borders.regions import NO_REGION, Regions
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.unfolding import unfolding_map_tile
-from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.simulation.motion import KINDS
 from grazemap_core.simulation.trajectories import trajectory
+from tests.oracles.closed_form import one_impact_branch
 from tests.oracles.one_impact_orbits import orbits_at_clearance
 from tests.oracles.steady_displacements import steady_response
 from tests.support.borders import count, explained_steps, planted

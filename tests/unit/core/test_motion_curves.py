@@ -14,9 +14,9 @@ from grazemap_core.continuation.motion_curves import lies_on, motion_curves
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.grazing_curve import grazing_curve
 from grazemap_core.orbits.impact_sequences import ImpactSequence
-from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.orbits.search import explicit_sequences
+from tests.oracles.closed_form import one_impact_branch
 from tests.support.orbits import in_window, orbit_of, orbit_on, parent, special, tangent_flow
 from tests.support.oscillators import DEFAULT
 from tests.support.refused import refused

@@ -7,9 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.simulation.trajectories import trajectory
+from tests.oracles.closed_form import one_impact_branch
 from tests.oracles.one_impact_orbits import orbits_at_clearance
+from tests.support.orbits import one_impact_motions, special_motion
 from tests.support.oscillators import DEFAULT
 
 OMEGA = 0.27
@@ -55,29 +56,30 @@ def start():
 
 
 def test_the_branch_ends_at_its_saddle_node_and_at_its_graze():
-    points = {p.type: p for p in one_impact_branch(DEFAULT, OMEGA).special_points}
-    assert points["SN"].clearance == pytest.approx(1.868341055, abs=5e-10)
-    assert points["GR"].clearance == pytest.approx(1.844237331, abs=5e-10)
-    assert points["SN"].admissible
-    assert points["GR"].stop == -1
-    assert one_impact_branch(DEFAULT, OMEGA).amplitude == pytest.approx(1.854989818, abs=5e-10)
+    motions = one_impact_motions(DEFAULT, OMEGA)
+    turn, graze = special_motion(motions, "SN"), special_motion(motions, "GR")
+    assert turn.gap == pytest.approx(1.868341055, abs=5e-10)
+    assert graze.gap == pytest.approx(1.844237331, abs=5e-10)
+    assert turn.admissible
+    assert graze.stop == -1
+    assert motions.orbits.gap(motions.phases_of_impacts()[0][1]) == pytest.approx(1.854989818, abs=5e-10)
 
 
 @pytest.mark.thorough
 def test_the_simulated_motion_is_lost_at_the_saddle_node(start):
-    point = next(p for p in one_impact_branch(DEFAULT, OMEGA).special_points if p.type == "SN")
+    point = special_motion(one_impact_motions(DEFAULT, OMEGA), "SN")
     last = followed(1.86, 1e-3, start)
-    assert abs(last - point.clearance) < 1e-6
+    assert abs(last - point.gap) < 1e-6
     # beyond it the motion without impacts is left
-    end, _ = settled(point.clearance + 1e-6, start)
+    end, _ = settled(point.gap + 1e-6, start)
     assert (end.motion.impacts_right, end.motion.impacts_left) == (-1, -1)
 
 
 def test_the_simulated_motion_is_lost_at_its_graze_with_the_other_stop(start):
-    point = next(p for p in one_impact_branch(DEFAULT, OMEGA).special_points[1:] if p.type == "GR")
+    point = special_motion(one_impact_motions(DEFAULT, OMEGA), "GR")
     last = followed(1.86, -1e-3, start)
-    assert abs(last - point.clearance) < 1e-6
-    end, _ = settled(point.clearance - 1e-6, start)
+    assert abs(last - point.gap) < 1e-6
+    end, _ = settled(point.gap - 1e-6, start)
     assert set(end.impacts.stop.tolist()) == {1, -1}
 
 

@@ -25,8 +25,15 @@ import numpy as np
 import pytest
 
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits.one_impact_branches import one_impact_branch
-from tests.oracles.one_impact_orbits import orbit_at, orbits_at_clearance
+from grazemap_core.orbits.periodic_orbits import periodic_orbit
+from tests.support.orbits import one_impact_motions, special_motion
+
+
+def phases_of(motions, count):
+    """Phases of impacts, spread over those with a gap above 0: from the zero of the gap to that of the speed."""
+    start, end = motions.phases_of_impacts()[0]
+    (low,) = (start + turn for zero in motions.orbits.gaps.zeros() if (turn := (zero - start) % math.tau) < math.pi)
+    return np.linspace(low + 0.01, end - 0.01, count).tolist()
 
 
 @pytest.mark.parametrize("omega", [0.37, 0.61, 1.7, 2.3, 2.8])
@@ -34,21 +41,22 @@ from tests.oracles.one_impact_orbits import orbit_at, orbits_at_clearance
 @pytest.mark.parametrize("restitution", [0.3, 0.8])
 def test_undamped_motions_lie_on_the_published_ellipse(omega, multiple, restitution):
     # x'' + x = cos(omega t), x' -> -r x' at x = sigma; V = speed before the impact
-    branch = one_impact_branch(Oscillator.create([1.0], [1.0], 1e-13, [1.0], restitution), omega, multiple)
+    motions = one_impact_motions(Oscillator.create([1.0], [1.0], 1e-13, [1.0], restitution), omega, multiple)
     turn = 2.0 * math.pi * multiple / omega
     gain = 1.0 / (1.0 - omega**2)
     shift = (1.0 + restitution) * math.sin(turn) / (1.0 - math.cos(turn))
     loss = (1.0 - restitution) / omega
-    assert branch.amplitude == pytest.approx(abs(gain), rel=1e-9)
-    for angle in np.linspace(branch.lowest + 0.01, 1.57, 7):
-        sigma, speed = branch.clearance(angle), branch.impact_velocity(angle)
+    assert abs(motions.orbits.toward.amplitudes[0]) == pytest.approx(abs(gain), rel=1e-9)
+    for phase in phases_of(motions, 7):
+        sigma, speed = motions.orbits.gap(phase), motions.orbits.speed(phase)
         # the quadratic for V at a given sigma
         left = (shift**2 + loss**2) * speed**2 + 4.0 * shift * sigma * speed + 4.0 * sigma**2
         assert left == pytest.approx(4.0 * gain**2, rel=1e-8)
     # its largest clearance is the saddle-node
-    for point in branch.special_points:
-        if point.type == "SN":
-            assert point.clearance == pytest.approx(abs(gain) * math.sqrt(1.0 + (shift / loss) ** 2), rel=1e-8)
+    turning = special_motion(motions, "SN")
+    assert (turning is not None) == (shift < 0.0)
+    if turning is not None:
+        assert turning.gap == pytest.approx(abs(gain) * math.sqrt(1.0 + (shift / loss) ** 2), rel=1e-8)
 
 
 @pytest.mark.parametrize("alpha", [0.02, 0.1, 0.4])
@@ -59,49 +67,50 @@ def test_stability_is_that_of_the_published_trace_and_determinant(alpha, multipl
     for omega in np.linspace(0.45, 2.95, 21):
         for restitution in (0.2, 0.8):
             # C = 2 gamma K with gamma = alpha
-            branch = one_impact_branch(
-                Oscillator.create([1.0], [1.0], alpha, [1.0], restitution), float(omega), multiple
-            )
+            oscillator = Oscillator.create([1.0], [1.0], alpha, [1.0], restitution)
+            motions = one_impact_motions(oscillator, float(omega), multiple)
             time, damped = 2.0 * math.pi * multiple / omega, math.sqrt(1.0 - alpha**2)
             lost = math.exp(-alpha * time)
             determinant = (restitution * lost) ** 2
 
-            def trace(angle, branch=branch, time=time, damped=damped, lost=lost, restitution=restitution):
-                orbit = orbit_at(branch, angle)
-                speed = orbit.impact_velocity
-                push = math.sin(orbit.phase) - orbit.clearance
+            def trace(phase, gap, speed, time=time, damped=damped, lost=lost, restitution=restitution):
+                push = math.sin(phase) - gap
                 before, behind = push - 2.0 * alpha * speed, push + 2.0 * alpha * restitution * speed
                 return lost * (
                     -2.0 * restitution * math.cos(damped * time)
                     + math.sin(damped * time) / damped * (behind + restitution * before) / speed
                 )
 
-            for angle in np.linspace(branch.lowest + 0.05, 1.55, 5):
-                orbit = orbit_at(branch, float(angle))
-                assert np.sum(orbit.multipliers).real == pytest.approx(trace(float(angle)), rel=1e-11, abs=1e-11)
+            for phase in phases_of(motions, 3):
+                gap = motions.orbits.gap(phase)
+                orbit = periodic_orbit(oscillator, float(omega), (gap, None), motions.orbits.impacts(phase))
+                expected = trace(orbit.impacts.phases[0], gap, orbit.impacts.velocities[0])
+                assert np.sum(orbit.multipliers).real == pytest.approx(expected, rel=1e-11, abs=1e-11)
                 assert np.prod(orbit.multipliers).real == pytest.approx(determinant, rel=1e-9, abs=1e-14)
-            for point in branch.special_points:
-                sign = {"SN": -1.0, "PD": 1.0}.get(point.type)
-                if sign is not None and point.impact_velocity > 1e-6:
-                    total = trace(point.angle)
-                    size = 1.0 + abs(total) / math.cos(point.angle)
+            for kind, sign in (("SN", -1.0), ("PD", 1.0)):
+                point = special_motion(motions, kind)
+                if point is not None and point.speed > 1e-6:
+                    total = trace(point.phase, point.gap, point.speed)
+                    amplitude = abs(motions.orbits.speeds.amplitudes[0]) * omega
+                    size = 1.0 + abs(total) * amplitude / point.speed
                     assert abs(1.0 + sign * total + determinant) < 1e-12 * size
-                    types.add(point.type)
+                    types.add(kind)
     assert types == {"SN", "PD"}
 
 
 def test_the_impacting_motion_of_recipes_for_continuation():
     # k = 1, c = 0.1, A = 1, w = 1, d = 1, e = 0.8; one stop there, so what the other one would do is no matter
     oscillator = Oscillator.create([1.0], [1.0], [0.05], [1.0], 0.8)
-    branch = one_impact_branch(oscillator, 1.0)
-    (orbit,) = orbits_at_clearance(branch, 1.0)
-    assert -0.8 * orbit.impact_velocity == pytest.approx(-1.36, abs=0.005)
+    motions = one_impact_motions(oscillator, 1.0)
+    (phase,) = motions.orbits.phases(1.0)
+    speed = motions.orbits.speed(phase)
+    assert -0.8 * speed == pytest.approx(-1.36, abs=0.005)
     # forced by a cosine there
-    assert orbit.phase - 0.5 * math.pi == pytest.approx(0.076, abs=0.0005)
+    assert phase - 0.5 * math.pi == pytest.approx(0.076, abs=0.0005)
     # half a turn of the forcing later, at phase pi: x = -0.98, x' = -0.29
-    time = math.pi - (orbit.phase - 0.5 * math.pi)
-    forced = branch.steady[0] * np.exp(1j * orbit.phase)
-    x, v = 1.0 - forced.imag, -0.8 * orbit.impact_velocity - forced.real
+    time = math.pi - (phase - 0.5 * math.pi)
+    forced = motions.orbits.toward.amplitudes[0] * np.exp(1j * phase)
+    x, v = 1.0 - forced.imag, -0.8 * speed - forced.real
     eta, damped = 0.05, math.sqrt(1.0 - 0.05**2)
     sine, cosine = math.sin(damped * time) / damped, math.cos(damped * time)
     x, v = (

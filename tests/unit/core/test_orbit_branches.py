@@ -17,9 +17,9 @@ from grazemap_core.grazing.codimension_two import codimension_two_points
 from grazemap_core.grazing.one_impact_family import Pattern
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.impact_sequences import ImpactSequence
-from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.simulation.trajectories import trajectory
+from tests.oracles.closed_form import one_impact_branch
 from tests.oracles.fifty_digits import digits
 from tests.oracles.impact_orbit_oracle import solved
 from tests.oracles.one_impact_orbits import orbit_at

@@ -11,9 +11,9 @@ import pytest
 from grazemap_core.grazing.codimension_two import codimension_two_points
 from grazemap_core.grazing.grazing_curve import grazing_curve
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.simulation.monodromy import monodromy
 from grazemap_core.simulation.trajectories import trajectory
+from tests.support.orbits import one_impact_motions, special_motion
 from tests.support.refused import refused
 
 DEFAULT = {
@@ -82,11 +82,11 @@ def test_si_and_nondimensional_descriptions_agree(per_link):
     assert np.max(np.abs(theirs.clearance * stiffness / force / ours.clearance - 1.0)) < 1e-13
     assert np.array_equal(ours.first_recurrence, theirs.first_recurrence)
     length = force / stiffness
-    ours, theirs = one_impact_branch(plain, 0.27), one_impact_branch(si, 0.27 * rate)
-    for point, other in zip(ours.special_points, theirs.special_points, strict=True):
-        assert point.type == other.type
-        assert other.clearance == pytest.approx(point.clearance * length, rel=1e-12)
-        assert other.impact_velocity == pytest.approx(point.impact_velocity * length * rate, rel=1e-11)
+    ours, theirs = one_impact_motions(plain, 0.27), one_impact_motions(si, 0.27 * rate)
+    for kind in ("SN", "GR"):
+        point, other = special_motion(ours, kind), special_motion(theirs, kind)
+        assert other.gap == pytest.approx(point.gap * length, rel=1e-12)
+        assert other.speed == pytest.approx(point.speed * length * rate, rel=1e-11)
     runs = trajectory(plain, 0.29, 1.6, periods=20), trajectory(si, 0.29 * rate, 1.6 * length, periods=20)
     assert len(runs[0].impacts.time) == len(runs[1].impacts.time)
     np.testing.assert_allclose(runs[1].impacts.time * rate, runs[0].impacts.time, rtol=1e-12)

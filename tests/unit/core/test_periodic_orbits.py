@@ -23,10 +23,10 @@ from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
 from grazemap_core.orbits.kernels.admissibility import NO_FURTHER_CONTACT
 from grazemap_core.orbits.kernels.equations import OrbitImpacts, assemble, assemble_doubled
 from grazemap_core.orbits.kernels.newton import CONVERGED
-from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.orbits.tolerances import ORBIT_FLOOR
 from grazemap_core.simulation.trajectories import trajectory
+from tests.oracles.closed_form import one_impact_branch
 from tests.oracles.fifty_digits import digits
 from tests.oracles.impact_orbit_oracle import differences, solved
 from tests.oracles.one_impact_orbits import orbit_at

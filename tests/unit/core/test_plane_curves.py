@@ -21,11 +21,11 @@ from grazemap_core.maps.unfolding import unfolding_map_tile
 from grazemap_core.model.drive import force
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator, Variants
-from grazemap_core.orbits.curve_parameter import VariedFactor
 from grazemap_core.orbits.impact_sequences import ImpactSequence
-from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
-from grazemap_core.orbits.window_curves import CurvePiece, window_curves
+from grazemap_core.orbits.single_impact.curve_parameter import VariedFactor
+from grazemap_core.orbits.single_impact.window_curves import CurvePiece, window_curves
+from tests.oracles.closed_form import one_impact_branch
 from tests.support.borders import count
 from tests.support.oscillators import DEFAULT, VARYING, biased
 from tests.support.refused import refused

@@ -10,9 +10,9 @@ import pytest
 from grazemap_core.continuation.branches import orbit_branch
 from grazemap_core.grazing.grazing_curve import grazing_curve
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits.explicit_orbits import OneImpactOrbits
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
+from grazemap_core.orbits.single_impact.orbits import OneImpactOrbits
 from tests.support.oscillators import COCO, one_mass
 from tests.support.thorough import the_first
 

@@ -14,10 +14,10 @@ from grazemap_core.grazing import codimension_two
 from grazemap_core.grazing.codimension_two import codimension_two_points
 from grazemap_core.grazing.grazing_curve import grazing_curve
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits.one_impact_branches import one_impact_branch
-from grazemap_core.orbits.one_impact_curves import one_impact_curves
+from tests.oracles.closed_form import one_impact_branch
 from tests.oracles.fifty_digits import digits, polynomial
 from tests.oracles.impact_orbit_oracle import OneImpact
+from tests.support.orbits import one_impact_motions, special_motion
 from tests.support.oscillators import DEFAULT
 
 PER_LINK = Oscillator.create([1.0, 3.0], [1.0, 2.0], [0.05, 0.2], [1.0, 0.5], 0.6)
@@ -159,9 +159,8 @@ def test_admissible_points_have_admissible_orbits_and_the_others_none(default_po
     assert len(decided) == len(default_points)
     assert len({p.unfolding.admissible for p in decided}) == 2
     for point in decided:
-        branch = one_impact_branch(DEFAULT, point.omega, point.multiple, point.symmetric)
-        assert branch.admissibility == "decided"
-        assert (branch.admissible_above < 0.5 * math.pi) == point.unfolding.admissible
+        motions = one_impact_motions(DEFAULT, point.omega, point.multiple, point.symmetric)
+        assert motions.admissible_from.any == point.unfolding.admissible
 
 
 def test_admissibility_is_undecided_for_one_mass_at_a_point_of_a_smaller_order():
@@ -170,7 +169,12 @@ def test_admissibility_is_undecided_for_one_mass_at_a_point_of_a_smaller_order()
     one_sided = [p for p in points if not p.symmetric]
     assert [p.unfolding.admissible for p in one_sided] == [None, None]
     assert all(p.unfolding.admissible and p.unfolding.margin is None for p in points if p.symmetric)
-    assert one_impact_branch(ONE_MASS, one_sided[0].omega).admissibility == "undecided"
+    motions = one_impact_motions(ONE_MASS, one_sided[0].omega)
+    assert motions.admissible_from.any is None
+    assert [orbit.admissible for orbit in motions.special("GR")] == [None]
+    # the motions of a speed that can be seen are decided
+    fast = motions.admissible_from.phase - np.array([0.1, 1.0])
+    assert [orbit.admissible for orbit in motions.orbits_at(fast.tolist())] == [False, False]
 
 
 def test_points_of_no_known_direction_have_no_unfolding():
@@ -197,7 +201,7 @@ def test_curves_begin_at_their_points(default_points):
     saddle = next(p for p in default_points if p.bifurcation == "SN" and p.multiple == 1 and not p.symmetric)
     side = saddle.unfolding.curve_omega
     omega = saddle.omega + np.array([side, -side]) * 1e-6
-    curves = one_impact_curves(DEFAULT, omega)
-    rise = curves.saddle_node.clearance - grazing_curve(DEFAULT, omega).clearance
-    assert rise[0] == pytest.approx(saddle.unfolding.quadratic * 1e-12, rel=1e-3)
-    assert np.isnan(rise[1])
+    begins, virtual = (special_motion(one_impact_motions(DEFAULT, float(at)), "SN") for at in omega)
+    rise = begins.gap - grazing_curve(DEFAULT, omega[:1]).clearance[0]
+    assert rise == pytest.approx(saddle.unfolding.quadratic * 1e-12, rel=1e-3)
+    assert virtual is None

@@ -11,8 +11,8 @@ import pytest
 from grazemap_core.continuation.bifurcation_curves import bifurcation_curve
 from grazemap_core.continuation.branch_switching import starts_beyond
 from grazemap_core.continuation.branches import orbit_branch
-from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
+from tests.oracles.closed_form import one_impact_branch
 from tests.oracles.one_impact_orbits import orbit_at
 from tests.support.orbits import default_orbit, mismatch, orbit_of, start, tangent_flow
 from tests.support.oscillators import DEFAULT

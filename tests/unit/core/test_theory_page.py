@@ -26,12 +26,11 @@ from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.impulse_response import evaluate, impulse_response
 from grazemap_core.model.modal import modal_model
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits.curve_parameter import VariedFactor
-from grazemap_core.orbits.one_impact_branches import one_impact_branch
-from grazemap_core.orbits.window_curves import window_curves
+from grazemap_core.orbits.single_impact.curve_parameter import VariedFactor
+from grazemap_core.orbits.single_impact.window_curves import window_curves
 from grazemap_core.simulation.monodromy import monodromy
 from tests.oracles.next_contacts import simulated_contact
-from tests.support.orbits import default_orbit
+from tests.support.orbits import angle_of, default_orbit, one_impact_motions, special_motion
 from tests.support.oscillators import DEFAULT
 
 PAGE = Path(__file__).parents[3] / "docs" / "theory.md"
@@ -162,30 +161,32 @@ def test_special_points_of_branches_of_any_impacts(label):
         assert len([p for p in points if p.admissible]) == (2 if motion == "5-8r-8l" else 1)
 
 
-@pytest.mark.parametrize(
-    ("label", "index", "kind"),
-    [
-        ("one impact, graze of the steady motion", 0, "GR"),
-        ("one impact, SN", 1, "SN"),
-        ("one impact, GR, with the other stop", 2, "GR"),
-    ],
-)
-def test_special_points_of_a_branch_of_one_impact(label, index, kind):
-    point = one_impact_branch(DEFAULT, 0.27).special_points[index]
-    assert point.type == kind
-    assert cells(label) == [f"{point.clearance:.12f}", f"{point.impact_velocity:.12f}", f"{point.angle:.12f}"]
+def test_the_graze_at_which_a_branch_of_one_impact_begins():
+    motions = one_impact_motions(DEFAULT, 0.27)
+    assert motions.admissible_from.any
+    _, end = motions.phases_of_impacts()[0]
+    numbers = motions.orbits.gap(end), abs(motions.orbits.speed(end)), angle_of(motions, end)
+    assert cells("one impact, graze of the steady motion") == [f"{number:.12f}" for number in numbers]
 
 
-@pytest.mark.parametrize(("label", "index"), [("SN", 1), ("GR, with the other stop", 2)])
-def test_curves_over_the_forces(label, index):
+@pytest.mark.parametrize(("label", "kind"), [("SN", "SN"), ("GR, with the other stop", "GR")])
+def test_special_points_of_a_branch_of_one_impact(label, kind):
+    motions = one_impact_motions(DEFAULT, 0.27)
+    orbit = special_motion(motions, kind)
+    numbers = orbit.gap, orbit.speed, angle_of(motions, orbit.phase)
+    assert cells(f"one impact, {label}") == [f"{number:.12f}" for number in numbers]
+
+
+@pytest.mark.parametrize(("label", "kind"), [("SN", "SN"), ("GR, with the other stop", "GR")])
+def test_curves_over_the_forces(label, kind):
     """At the frequency of the branch F is the clearance of the stops over that of the branch, and v is F times its."""
-    stops, known = 2.0, one_impact_branch(DEFAULT, 0.27).special_points[index]
+    stops, known = 2.0, special_motion(one_impact_motions(DEFAULT, 0.27), kind)
     pieces = window_curves(DEFAULT, (0.27, 0.271), (1.0, 1.2), 1, 2, VariedFactor("forcing", stops, stops))
-    (curve,) = (piece for piece in pieces if (piece.type, piece.symmetric) == (known.type, False))
+    (curve,) = (piece for piece in pieces if (piece.type, piece.symmetric) == (kind, False))
     factor, speed = curve.value[0], curve.impact_velocity[0]
     assert cells(f"factor of the forces, {label}") == [f"{factor:.12f}", f"{speed:.12f}"]
-    assert factor == pytest.approx(stops / known.clearance, rel=1e-13)
-    assert speed == pytest.approx(factor * known.impact_velocity, rel=1e-13)
+    assert factor == pytest.approx(stops / known.gap, rel=1e-13)
+    assert speed == pytest.approx(factor * known.speed, rel=1e-13)
 
 
 @pytest.mark.parametrize("omega", [0.1, 0.27, 0.51])

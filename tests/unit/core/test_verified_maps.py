@@ -13,9 +13,9 @@ from grazemap_core.maps.unfolding import arrays_of, unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.orbits.impact_sequences import impacts_of
-from grazemap_core.orbits.one_impact_branches import one_impact_branch
 from grazemap_core.simulation.motion import KINDS, REASONS
 from grazemap_core.simulation.trajectories import trajectory
+from tests.oracles.closed_form import one_impact_branch
 from tests.oracles.fifty_digits import digits
 from tests.oracles.impact_orbit_oracle import solved
 from tests.slow.verified_points import (

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from grazemap_core.grazing.codimension_two import codimension_two_points
-from grazemap_core.orbits.one_impact_branches import one_impact_branch
-from grazemap_core.orbits.window_curves import window_curves
+from grazemap_core.orbits.single_impact.window_curves import window_curves
+from tests.oracles.closed_form import one_impact_branch
 from tests.support.oscillators import DEFAULT
 from tests.support.refused import refused
 
@@ -27,9 +27,11 @@ def test_pieces_lie_inside_the_window_and_on_the_closed_forms(pieces):
         assert np.all(np.diff(piece.omega) > 0.0)
         middle = len(piece.omega) // 2
         branch = one_impact_branch(DEFAULT, float(piece.omega[middle]), piece.period, piece.symmetric)
-        points = [point for point in branch.special_points[1:] if point.type == piece.type]
-        assert [point.clearance for point in points] == [piece.value[middle]]
-        assert points[0].admissible is piece.admissible
+        (point,) = [point for point in branch.special_points[1:] if point.type == piece.type]
+        assert piece.value[middle] == pytest.approx(point.clearance, rel=1e-12)
+        assert piece.impact_velocity[middle] == pytest.approx(point.impact_velocity, abs=1e-12)
+        assert piece.admissible is point.admissible
+        assert piece.stop == (point.stop or 0)
 
 
 def test_curves_leave_the_grazing_curve_at_its_resonant_points(pieces):

@@ -153,10 +153,8 @@ DIAGRAM_SETTLING_PERIODS = 500
 GROWTH_FACTOR = 2.0
 # Mean number of forcing periods of the trajectories that search for a motion with given stops; the maximum is 12,000.
 SEARCH_PERIODS = 150.0
-# Seconds for one frequency of the bifurcation curves in closed form, for each period up to the longest; and per mass.
-CURVE_POINT_SECONDS = 8.0e-5
-CURVE_POINT_MASS_SECONDS = 2.0e-5
-# The same for motions with one impact on one stop, whose curves are explicit in the phase, for each harmonic.
+# Seconds for one frequency of the bifurcation curves of motions with one impact, for each family of motions, each
+# harmonic and each period up to the longest; and per mass.
 EXPLICIT_POINT_SECONDS = 8.0e-4
 EXPLICIT_POINT_MASS_SECONDS = 1.0e-4
 # Seconds for one point of a branch; and for its multipliers, per cube of the masses. This is the time for few impacts;

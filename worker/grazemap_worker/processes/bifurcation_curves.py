@@ -16,12 +16,9 @@ from grazemap import results
 from grazemap.codec import Document
 from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import BifurcationCurvesRequest, impacts_on, motion_label
-from grazemap.wire.structure import restitutions
 from grazemap_worker.planning.costs import branch_point_seconds, longest_period_cost, period_cost
 from grazemap_worker.planning.rates import (
     CURVE_POINT_BRANCHES,
-    CURVE_POINT_MASS_SECONDS,
-    CURVE_POINT_SECONDS,
     CURVES_PLACES,
     CURVES_POINTS,
     EXPLICIT_POINT_MASS_SECONDS,
@@ -41,10 +38,7 @@ if TYPE_CHECKING:
     from grazemap_core.continuation.bifurcation_curves import BifurcationCurve
     from grazemap_core.continuation.branches import OrbitPoint
     from grazemap_core.maps.planes import Axis, Plane
-    from grazemap_core.orbits.curve_parameter import CurveParameter
-
-_SHARED_PARAMETERS = {"clearance", "forcing"}
-"""Parameters that change both stops alike."""
+    from grazemap_core.orbits.single_impact.curve_parameter import CurveParameter
 
 
 def _periods(request: BifurcationCurvesRequest) -> float:
@@ -75,15 +69,14 @@ def expected_seconds(request: BifurcationCurvesRequest) -> float:
 
 
 def _frequency_seconds(request: BifurcationCurvesRequest) -> float:
-    """Return the seconds of curves in closed form, for one frequency and one multiple of the forcing period."""
+    """Return the seconds of explicit curves, for one frequency and one multiple of the forcing period.
+
+    They are of motions with one impact on either stop, or of those and of symmetric motions.
+    """
     oscillator, clearance = request.oscillator, request.plane.corners()[0].clearance
-    gaps = [gap for gap in (clearance.right, clearance.left) if gap is not None]
-    is_symmetric = oscillator.is_symmetric and len({*restitutions(oscillator.restitution)}) == 1
-    stops_stay_equal = is_symmetric and bool({*request.plane.names} & _SHARED_PARAMETERS)
-    if stops_stay_equal and len(gaps) == 2 and gaps[0] == gaps[1] and len(oscillator.orders) == 1:
-        return CURVE_POINT_SECONDS + CURVE_POINT_MASS_SECONDS * oscillator.size
+    families = sum(gap is not None for gap in (clearance.right, clearance.left))
     harmonics = len(oscillator.orders)
-    return len(gaps) * harmonics * (EXPLICIT_POINT_SECONDS + EXPLICIT_POINT_MASS_SECONDS * oscillator.size)
+    return families * harmonics * (EXPLICIT_POINT_SECONDS + EXPLICIT_POINT_MASS_SECONDS * oscillator.size)
 
 
 def _longest_period_cost(request: BifurcationCurvesRequest) -> float | None:
@@ -132,7 +125,7 @@ def compute(request: BifurcationCurvesRequest, report: Report) -> ClassDocument:
 
 def _closed_form(request: BifurcationCurvesRequest) -> list[Document]:
     """Return the pieces of the curves in closed form. One axis is omega, and it may be either of them."""
-    from grazemap_core.orbits.window_curves import window_curves
+    from grazemap_core.orbits.single_impact.window_curves import window_curves
 
     plane = request.plane
     across, up = plane.horizontal, plane.vertical
@@ -157,8 +150,8 @@ def _closed_form(request: BifurcationCurvesRequest) -> list[Document]:
 def _varied(name: str, parameters: Parameters) -> CurveParameter:
     """Return the curve parameter of the core: the stop that varies, or the factor of the forces (bias or forcing)."""
     from grazemap_core.grazing.grazing_curve import VariedStop
-    from grazemap_core.orbits.curve_parameter import VariedFactor
-    from grazemap_core.orbits.window_curves import BOTH_STOPS
+    from grazemap_core.orbits.single_impact.curve_parameter import VariedFactor
+    from grazemap_core.orbits.single_impact.window_curves import BOTH_STOPS
 
     right, left = parameters.right, parameters.left
     if not name.startswith("clearance"):

@@ -15,7 +15,8 @@ from typing import Final
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.grazing.tolerances import CONTACT_CELLS, CONTACT_ROUNDOFF, MAX_CELLS, MIN_CONTACT_CELL
+from grazemap_core.contact.kernels.stops import gap_of
+from grazemap_core.grazing.tolerances import CONTACT_ROUNDOFF, MAX_CELLS
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.model.tolerances import BOUND_SAFETY
 from grazemap_core.numerics.jit.compiled import kernel, plain
@@ -28,7 +29,13 @@ from grazemap_core.orbits.kernels.equations import (
     steady_bound,
     steady_motion,
 )
-from grazemap_core.orbits.tolerances import MAXIMUM_ACCURACY, MAXIMUM_AT_IMPACT, STEPS_TO_MAXIMUM
+from grazemap_core.orbits.tolerances import (
+    CONTACT_CELLS,
+    MAXIMUM_ACCURACY,
+    MAXIMUM_AT_IMPACT,
+    MIN_CONTACT_CELL,
+    STEPS_TO_MAXIMUM,
+)
 from grazemap_core.records import NamedTuple
 
 NO_FURTHER_CONTACT = 0
@@ -466,3 +473,20 @@ def further_contact(
     _flows_between_impacts(problem, impacts.phases, flow_between)
     _state_after_first_impact(problem, impacts, scratch.states[0])
     return further_contact_from(problem, impacts, floor, flow_between, scratch)
+
+
+@kernel
+def excess_after_first_impact(
+    problem: OrbitProblem, impacts: OrbitImpacts, angle: float, stop: float, scratch: ContactScratch
+) -> tuple[float, float]:
+    """Return the excess over a stop at an angle after the first impact, before the next one, and its round-off.
+
+    Both are in units of length.
+    """
+    problem, impacts, scratch = reference(problem), reference(impacts), reference(scratch)
+    state, values = scratch.states[3], scratch.values[2]
+    _state_after_first_impact(problem, impacts, scratch.states[0])
+    _advance(problem, scratch.states[0], angle, state)
+    _evaluate_at(problem, steady_bound(problem, 0), state, impacts.phases[0], angle, values)
+    limit = gap_of(impacts.stops, stop) / problem.length
+    return stop * values[0] - limit, CONTACT_ROUNDOFF * (values[3] + abs(limit))

@@ -1,6 +1,6 @@
 """Further contacts of orbits with one impact in a span, which are functions of the phase of that impact.
 
-The speed of the impact and the gap of its stop are trigonometric polynomials of the phase (`orbits.explicit_orbits`),
+The speed of the impact and the gap of its stop are trigonometric polynomials of the phase (`single_impact.orbits`),
 so an orbit is decided by `admissibility` without being solved for.
 """
 
@@ -12,9 +12,17 @@ from grazemap_core.arrays import Floats, Integers
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.numerics.jit.compiled import kernel, plain
 from grazemap_core.numerics.jit.record_references import reference
-from grazemap_core.orbits.kernels.admissibility import NO_FURTHER_CONTACT, ContactScratch, further_contact
+from grazemap_core.orbits.kernels.admissibility import (
+    GIVEN_UP,
+    MEETS,
+    NO_FURTHER_CONTACT,
+    TOUCHES,
+    ContactScratch,
+    excess_after_first_impact,
+    further_contact,
+)
 from grazemap_core.orbits.kernels.equations import OrbitImpacts, OrbitProblem, sum_of_harmonics
-from grazemap_core.orbits.tolerances import MAXIMUM_ACCURACY
+from grazemap_core.orbits.tolerances import MAXIMUM_ACCURACY, STEPS_TO_ADMISSIBLE
 from grazemap_core.records import NamedTuple
 
 _HALVINGS = 64
@@ -28,6 +36,8 @@ class OneImpactMotions(NamedTuple):
     """(H, 2) Real and imaginary parts of the amplitudes of the impact speed, in units of omega times length."""
     gap: Floats
     """(H, 2) Real and imaginary parts of the amplitudes of the gap."""
+    pressing: Floats
+    """(H, 2) The same of the acceleration toward the stop just after the impact, in units of omega^2 times length."""
     stop: float
     """The stop of the impact, +1 or -1."""
     own: float
@@ -65,14 +75,12 @@ class Contacts(NamedTuple):
     excess: Floats
     """(m,) Largest excess over a stop at a maximum between the impacts, in units of the problem's length."""
     stop: Integers
-    """(m,) The stop there, +1 or -1; 0 without one."""
+    """(m,) The stop there, +1 or -1; 0 without one. Where a contact begins, the stop that it is with."""
 
 
 @kernel
-def _contact_at(
-    problem: OrbitProblem, motions: OneImpactMotions, phase: float, floor: float, scratch: MotionScratch
-) -> tuple[int, float, int]:
-    """Return status, excess and stop of `Contacts` for the orbit at a phase."""
+def _impact_at(problem: OrbitProblem, motions: OneImpactMotions, phase: float, scratch: MotionScratch) -> OrbitImpacts:
+    """Return the impact of the orbit at a phase, which the scratch holds."""
     sine, cosine = math.sin(phase), math.cos(phase)
     speed, _, _, _ = sum_of_harmonics(problem, motions.speed, sine, cosine)
     gap, _, _, _ = sum_of_harmonics(problem, motions.gap, sine, cosine)
@@ -82,8 +90,24 @@ def _contact_at(
     stops = Stops(right, left, restitution, restitution, problem.length, 0.0, 0.0, False)
     impacts = OrbitImpacts(stops, scratch.sides, scratch.phases, scratch.speeds)
     impacts.sides[0], impacts.phases[0], impacts.speeds[0] = stop, phase, stop * speed
-    status, excess, _, touched = further_contact(problem, impacts, floor, scratch.flow_between, scratch.contact)
-    return status, excess, touched
+    return impacts
+
+
+@kernel
+def _contact_at(
+    problem: OrbitProblem, motions: OneImpactMotions, phase: float, floor: float, scratch: MotionScratch
+) -> tuple[int, float, int, float]:
+    """Return status, excess and stop of `Contacts` for the orbit at a phase, and the phase of the contact.
+
+    Without rebound the contact stays on the stop that it strikes, if it is pressed against it: it meets that stop.
+    """
+    impacts = _impact_at(problem, motions, phase, scratch)
+    status, excess, place, touched = further_contact(problem, impacts, floor, scratch.flow_between, scratch.contact)
+    if motions.restitution == 0.0 and math.isfinite(motions.own) and status != plain(GIVEN_UP):
+        pressing, _, _, _ = sum_of_harmonics(problem, motions.pressing, math.sin(phase), math.cos(phase))
+        if pressing > 0.0:
+            status = plain(MEETS)
+    return status, excess, touched, place
 
 
 @kernel
@@ -98,7 +122,7 @@ def contacts_at(
     """Write the contacts of the orbits at phases (m,) into `contacts`; `floor` is that of `further_contact`."""
     structure, family, work = reference(problem), reference(motions), reference(scratch)
     for i in range(phases.shape[0]):
-        contacts.status[i], contacts.excess[i], contacts.stop[i] = _contact_at(
+        contacts.status[i], contacts.excess[i], contacts.stop[i], _ = _contact_at(
             structure, family, phases[i], floor, work
         )
 
@@ -120,15 +144,55 @@ def contacts_begin(
     structure, family, work = reference(problem), reference(motions), reference(scratch)
     for i in range(clear.shape[0]):
         inside, outside = clear[i], met[i]
-        status, excess, touched = _contact_at(structure, family, outside, floor, work)
+        status, excess, touched, _ = _contact_at(structure, family, outside, floor, work)
         for _ in range(_HALVINGS):
             middle = 0.5 * (inside + outside)
             if abs(outside - inside) <= MAXIMUM_ACCURACY * (1.0 + abs(middle)):
                 break
-            here, there, on = _contact_at(structure, family, middle, floor, work)
+            here, there, on, _ = _contact_at(structure, family, middle, floor, work)
             if here == plain(NO_FURTHER_CONTACT):
                 inside = middle
             else:
                 outside, status, excess, touched = middle, here, there, on
         clear[i] = inside
-        contacts.status[i], contacts.excess[i], contacts.stop[i] = status, excess, touched
+        contacts.status[i], contacts.excess[i] = status, excess
+        contacts.stop[i] = touched if touched != 0 else int(motions.stop)  # it stays on the stop that it strikes
+
+
+@kernel
+def first_admissible(
+    problem: OrbitProblem, motions: OneImpactMotions, start: float, end: float, scratch: MotionScratch
+) -> tuple[int, float, int]:
+    """Return where admissible orbits begin between two phases, under one harmonic of order 1 between like stops.
+
+    The excess over a stop at a given time after the impact is then a sine of the phase. The largest one at a phase
+    excludes all orbits up to the zero of its sine, which is the next phase. So no admissible orbit is passed over. The
+    steps are those of Newton's method on a convex function, and converge from one side (theory, "One impact a period").
+
+    Returns
+    -------
+    status : int
+        NO_FURTHER_CONTACT, TOUCHES if the steps do not reach the phase, or GIVEN_UP.
+    phase : float
+        No orbit from `start` to this phase is admissible. At `end` or above it: none is.
+    stop : int
+        The stop that is touched there; 0 if no stop is touched after the impact at `start`.
+    """
+    structure, family, work = reference(problem), reference(motions), reference(scratch)
+    phase, stop, step = start, plain(0), 0.0
+    for _ in range(STEPS_TO_ADMISSIBLE):
+        status, excess, touched, place = _contact_at(structure, family, phase, 0.0, work)
+        if status == plain(GIVEN_UP):
+            return plain(GIVEN_UP), phase, stop
+        if touched == 0:
+            return plain(NO_FURTHER_CONTACT), phase, stop
+        ahead = _impact_at(structure, family, phase + 0.5 * math.pi, work)
+        quarter, noise = excess_after_first_impact(structure, ahead, place - phase, float(touched), work.contact)
+        step, before = math.atan2(excess, -quarter), step
+        if excess <= noise and step >= before:  # round-off alone: next to the impact it excludes arbitrarily much
+            return plain(NO_FURTHER_CONTACT), phase, stop
+        stop = touched
+        phase += step
+        if excess <= noise or phase >= end:
+            return plain(NO_FURTHER_CONTACT), phase, stop
+    return plain(TOUCHES), phase, stop

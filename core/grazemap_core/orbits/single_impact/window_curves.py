@@ -3,10 +3,9 @@
 The other one is a clearance, or the factor of the forces or of the bias.
 
 The curves are those of saddle-nodes (SN), period doublings (PD), symmetry breakings (SB) and grazes (GR). Each piece
-comes with its motion and with the reason why it ends; of a single frequency there is no piece. Between symmetric stops,
-under one harmonic of order 1, curves are known in closed form at every frequency (`one_impact_curves`). Otherwise they
-are explicit in the phase of the impact (`explicit_curves`). Where one stop is fixed, the bifurcations of motions with
-impacts on it alone are lines of constant frequency.
+comes with its motion and with the reason why it ends; of a single frequency there is no piece. The curves are explicit
+in the phase of the impact (`explicit_curves`). Where one stop is fixed, the bifurcations of motions with impacts on it
+alone are lines of constant frequency.
 """
 
 from __future__ import annotations
@@ -23,10 +22,10 @@ from grazemap_core.grazing.grazing_curve import VariedStop, steady_motion
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
-from grazemap_core.orbits.curve_parameter import CurveParameter, MovedGaps, VariedFactor, moved_gaps
-from grazemap_core.orbits.explicit_curves import ABSENT, OneImpactCurve, SecondStop, StopFamily, explicit_curves
 from grazemap_core.orbits.family import OrbitFamily
-from grazemap_core.orbits.fixed_stop_curves import (
+from grazemap_core.orbits.single_impact.curve_parameter import CurveParameter, MovedGaps, VariedFactor, moved_gaps
+from grazemap_core.orbits.single_impact.curves import OneImpactCurve, explicit_curves
+from grazemap_core.orbits.single_impact.fixed_stop_curves import (
     FixedStop,
     FrequencyLine,
     contacts_with_varied,
@@ -34,7 +33,7 @@ from grazemap_core.orbits.fixed_stop_curves import (
     lines,
     varied_graze,
 )
-from grazemap_core.orbits.one_impact_curves import one_impact_curves
+from grazemap_core.orbits.single_impact.special_orbits import ABSENT, ALIKE, StopFamily
 from grazemap_core.records import dataclass
 
 NEXT_STEP = 1.2
@@ -73,7 +72,8 @@ class CurvePiece:
     """(m,) Speeds before an impact; 0 on the grazing curves of the steady motion."""
     ends: tuple[str, str]
     """For either end "window", "grazing" (the curve leaves the grazing curve there), "admissible" (another piece
-    continues the curve there), or "none" (there are no such motions beyond)."""
+    continues the curve there), "undecided" (round-off hides whether the next orbit is admissible), or "none" (there are
+    no such motions beyond)."""
 
 
 @dataclass(frozen=True)
@@ -170,20 +170,13 @@ def _are_symmetric(oscillator: Oscillator, varied: CurveParameter) -> bool:
 def _between_symmetric(
     oscillator: Oscillator, window: _Window, max_multiple: int, varied: CurveParameter
 ) -> Iterator[CurvePiece]:
-    lone = [harmonic.order for harmonic in oscillator.forces] == [1]
     gaps = moved_gaps(oscillator, varied, 1)
     assert gaps is not None  # both stops move
     for multiple in range(1, max_multiple + 1):
         for symmetric in (False, True) if multiple % 2 else (False,):
             motion = _PieceMotion(multiple, 1, 1 if symmetric else -1, symmetric)
-            if lone:
-                known = one_impact_curves(oscillator, window.omega, multiple, symmetric)
-                named = {"SN": known.saddle_node, "SB" if symmetric else "PD": known.doubling, "GR": known.contact}
-                curves_of = {kind: [curve] for kind, curve in named.items()}
-            else:
-                family = OrbitFamily.of(oscillator, multiple, symmetric)
-                of = StopFamily(family, 1, SecondStop(0.0, 1.0))
-                curves_of = explicit_curves(of, window.omega, family.steady_at(window.omega))
+            family = OrbitFamily.of(oscillator, multiple, symmetric)
+            curves_of = explicit_curves(StopFamily(family, 1, ALIKE), window.omega, family.steady_at(window.omega))
             for kind, curves in curves_of.items():
                 for curve in curves:
                     yield from _pieces(kind, _over(curve, gaps), window, motion)
@@ -250,13 +243,12 @@ def _graze(oscillator: Oscillator, window: _Window, varied: VariedFactor, stop: 
     assert gaps is not None  # a factor moves both stops
     motion = steady_motion(oscillator, window.omega)
     gap, other = (motion.toward(side).amplitude for side in (stop, -stop))
-    size = len(window.omega)
     admissible = ~(gaps.other.fixed + gaps.other.by_gap * gap < other)
-    return _over(OneImpactCurve(gap, np.zeros(size), admissible, np.full(size, stop)), gaps)
+    return _over(OneImpactCurve.of_grazes(gap, admissible, stop), gaps)
 
 
 def _pieces(kind: str, curve: OneImpactCurve, window: _Window, motion: _PieceMotion) -> Iterator[CurvePiece]:
-    for members in _runs(window.contains(curve.clearance), curve.admissible, curve.stop):
+    for members in _runs(window.contains(curve.clearance) & ~curve.undecided, curve.admissible, curve.stop):
         if len(members) < 2:
             continue
         first, last = int(members[0]), int(members[-1])
@@ -313,6 +305,8 @@ def _end(curve: OneImpactCurve, window: _Window, place: int, step: int) -> str:
     beyond = place + step
     if not 0 <= beyond < len(window.omega):
         return "window"
+    if curve.undecided[beyond]:
+        return "undecided"
     if np.isfinite(curve.clearance[beyond]):
         return "admissible" if window.low <= curve.clearance[beyond] <= window.high else "window"
     # where a curve leaves the grazing curve, its impact velocity falls linearly to zero within a step

@@ -11,25 +11,17 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import brentq
 
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.grazing_curve import VariedStop, steady_motion, stop_grazes
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits.explicit_curves import (
-    OneImpactCurve,
-    SpecialOrbit,
-    StopFamily,
-    StopMotions,
-    explicit_curves,
-    joined,
-    nearest_special,
-    turning_frame,
-)
+from grazemap_core.orbits.bracketed_zero import bracketed_zero
+from grazemap_core.orbits.single_impact.curves import OneImpactCurve, explicit_curves, joined, turning_frame
+from grazemap_core.orbits.single_impact.special_orbits import SpecialOrbit, StopFamily, StopMotions, nearest_special
+from grazemap_core.orbits.tolerances import FREQUENCY_ACCURACY
 from grazemap_core.records import dataclass
-from grazemap_core.tolerances import EPSILON
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +45,7 @@ class FrequencyLine:
     speed: float
     """Speed of the impact on the fixed stop; 0 for its graze by the steady motion."""
     admissible: bool
-    """There is no further contact with the fixed stop."""
+    """There is certainly no further contact with the fixed stop."""
     stop: int
     """GR only, else 0: the fixed stop."""
     reach: float
@@ -84,37 +76,44 @@ def lines(fixed: FixedStop, omega: Floats, steady: Complexes) -> Iterator[Freque
         for curve in curves:
             apart = curve.clearance - fixed.gap
             for i in np.flatnonzero(apart[1:] * apart[:-1] <= 0.0).tolist():
-                start, end = (fixed.of.at(float(omega[k]), steady[k]) for k in (i, i + 1))
-                begins, ends = (
-                    nearest_special(here, kind, float(curve.clearance[k])) for here, k in ((start, i), (end, i + 1))
-                )
-                solution = _between(kind, at, fixed.gap, (float(omega[i]), begins), (float(omega[i + 1]), ends))
+                ends = [(float(omega[k]), float(curve.clearance[k])) for k in (i, i + 1)]
+                solution = _between(kind, at, fixed.gap, *ends)
                 if solution is not None:
                     here, orbit = solution
                     reach = float(here.reach(np.array([orbit.phase]))[0])
-                    yield FrequencyLine(kind, here.orbits.omega, orbit.speed, orbit.admissible, orbit.stop, reach)
+                    yield FrequencyLine(kind, here.orbits.omega, orbit.speed, bool(orbit.admissible), orbit.stop, reach)
 
 
 def _between(
     kind: str,
     at: Callable[[float], StopMotions],
     gap: float,
-    start: tuple[float, SpecialOrbit],
-    end: tuple[float, SpecialOrbit],
+    start: tuple[float, float],
+    end: tuple[float, float],
 ) -> tuple[StopMotions, SpecialOrbit] | None:
-    """Return the special orbit with a gap between two frequencies; None where the curve is not one there."""
+    """Return the special orbit with a gap between two frequencies, given with the curve's gaps there.
+
+    None where the curve is not one there.
+    """
     (low, first), (high, last) = start, end
 
     def special(frequency: float) -> tuple[StopMotions, SpecialOrbit]:
         share = (frequency - low) / (high - low)
         here = at(frequency)
-        return here, nearest_special(here, kind, first.gap + share * (last.gap - first.gap))
+        orbit = nearest_special(here, kind, first + share * (last - first))
+        if orbit is None:
+            raise _CurveEnds
+        return here, orbit
 
     try:
-        place = brentq(lambda frequency: special(frequency)[1].gap - gap, low, high, xtol=1e-300, rtol=4.0 * EPSILON)
-    except ValueError:
+        place = bracketed_zero(lambda frequency: special(frequency)[1].gap - gap, low, high, FREQUENCY_ACCURACY)
+        return None if place is None else special(place)
+    except _CurveEnds:
         return None
-    return special(float(place))
+
+
+class _CurveEnds(Exception):
+    """There is no special orbit any more that could be followed."""
 
 
 def contacts_with_varied(fixed: FixedStop, omega: Floats, steady: Complexes) -> list[OneImpactCurve]:
@@ -137,8 +136,7 @@ def varied_graze(oscillator: Oscillator, omega: Floats, varied: VariedStop) -> O
         if error.name != "clearance":
             raise
         return None
-    size = len(omega)
-    return OneImpactCurve(grazes.clearance, np.zeros(size), ~grazes.virtual, np.full(size, varied.stop))
+    return OneImpactCurve.of_grazes(grazes.clearance, ~grazes.virtual, varied.stop)
 
 
 def graze_lines(oscillator: Oscillator, omega: Floats, varied: VariedStop) -> Iterator[FrequencyLine]:
@@ -153,9 +151,13 @@ def graze_lines(oscillator: Oscillator, omega: Floats, varied: VariedStop) -> It
     for i, (before, after) in enumerate(pairwise(values.tolist())):
         if before * after > 0.0:
             continue
-        place = float(
-            brentq(lambda frequency: apart(np.array([frequency]))[0], omega[i], omega[i + 1], rtol=4.0 * EPSILON)
+        place = bracketed_zero(
+            lambda frequency: float(apart(np.array([frequency]))[0]),
+            float(omega[i]),
+            float(omega[i + 1]),
+            FREQUENCY_ACCURACY,
         )
+        assert place is not None  # the signs at the ends differ
         reach = steady_motion(oscillator, np.array([place])).toward(varied.stop).amplitude[0]
         reach += varied.stop * contact_equilibrium(oscillator)
         yield FrequencyLine("GR", place, 0.0, True, -varied.stop, float(reach))

@@ -16,7 +16,7 @@ from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.grazing_curve import VariedStop
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits.explicit_curves import ABSENT, SecondStop
+from grazemap_core.orbits.single_impact.special_orbits import ABSENT, SecondStop
 from grazemap_core.records import NamedTuple, dataclass
 
 

@@ -1,0 +1,137 @@
+"""Curves over the frequency of special orbits with one impact on a stop in n periods.
+
+Special orbits at successive frequencies are joined to curves by the phases of their impacts.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
+from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.orbits.single_impact.special_orbits import SpecialOrbit, StopFamily
+from grazemap_core.orbits.tolerances import SAME_CURVE_PHASE
+from grazemap_core.records import dataclass
+
+
+@dataclass(frozen=True, eq=False)
+class OneImpactCurve:
+    """One type of special point over all frequencies; NaN, and False, where there is none."""
+
+    clearance: Floats
+    """(n,) Gap of the stop that is struck; between symmetric stops its clearance. Of curves over a parameter its
+    values."""
+    impact_velocity: Floats
+    """(n,) Velocity before the impact."""
+    admissible: Booleans
+    """(n,) The orbit has no contact with a stop other than its impacts."""
+    undecided: Booleans
+    """(n,) Round-off hides whether it has one; `admissible` is False then."""
+    stop: Integers
+    """(n,) GR only, else 0: the stop of the further contact, +1 right or -1 left."""
+
+    @classmethod
+    def of_grazes(cls, clearance: Floats, admissible: Booleans, stop: int) -> OneImpactCurve:
+        """Return the curve on which the steady motion touches a stop."""
+        size = len(clearance)
+        return cls(clearance, np.zeros(size), admissible, np.zeros(size, dtype=np.bool_), np.full(size, stop))
+
+    def moved(self, offset: float) -> OneImpactCurve:
+        """Return the curve with clearances that are larger by an offset."""
+        return replace(self, clearance=self.clearance + offset)
+
+
+def explicit_curves(of: StopFamily, omega: Floats, steady: Complexes) -> dict[str, list[OneImpactCurve]]:
+    """Return the curves of each type of a family, with their gaps, at frequencies (m,).
+
+    Parameters
+    ----------
+    of : StopFamily
+    omega : (m,)
+        Increasing.
+    steady : (m, H, N + 1)
+        From `OrbitFamily.steady_at`.
+    """
+    orbits: dict[str, list[list[SpecialOrbit]]] = {kind: [] for kind in of.types}
+    for frequency, amplitudes in zip(omega.tolist(), steady, strict=True):
+        here = of.at(frequency, amplitudes)
+        for kind in of.types:
+            orbits[kind].append(here.special(kind))
+    turned = turning_frame(of.family, steady)
+    return {
+        kind: (_joined_single if of.has_at_most_one(kind) else joined)(points, turned)
+        for kind, points in orbits.items()
+    }
+
+
+def _joined_single(points: list[list[SpecialOrbit]], frame: Floats) -> list[OneImpactCurve]:
+    """Join special orbits as `joined`, where there is at most one at every frequency.
+
+    It continues that of the frequency before, but where this one has become virtual: then the one half a turn later, at
+    a gap of the opposite sign, is virtual no longer. A gap that passes through 0 turns by less than SAME_CURVE_PHASE.
+    """
+    curves: list[dict[int, SpecialOrbit]] = []
+    for i, here in enumerate(points):
+        for orbit in here:
+            last = curves[-1].get(i - 1) if curves else None
+            if last is None or (
+                last.gap * orbit.gap <= 0.0
+                and _angle(orbit.phase + frame[i] - last.phase - frame[i - 1]) > SAME_CURVE_PHASE
+            ):
+                curves.append({})
+            curves[-1][i] = orbit
+    return [_curve(curve, len(points)) for curve in curves]
+
+
+def turning_frame(family: OrbitFamily, steady: Complexes) -> Floats:
+    """Return the angles (m,) by which the steady motion's lowest harmonic is ahead: phases of impacts follow it."""
+    lowest = np.angle(steady[:, 0, -1])
+    return np.asarray(np.unwrap(lowest) / family.oscillator.forces[0].order)
+
+
+def joined(points: list[list[SpecialOrbit]], frame: Floats) -> list[OneImpactCurve]:
+    """Join special orbits at successive frequencies to curves, by their phases in a frame (m,) that turns with them."""
+    curves: list[dict[int, SpecialOrbit]] = []
+    ends: list[int] = []
+    for i, here in enumerate(points):
+        apart = sorted(
+            (_angle(orbit.phase + frame[i] - curves[k][i - 1].phase - frame[i - 1]), k, j)
+            for k in ends
+            for j, orbit in enumerate(here)
+            if orbit.stop == curves[k][i - 1].stop
+        )
+        taken: dict[int, int] = {}
+        for angle, k, j in apart:
+            if angle <= SAME_CURVE_PHASE and j not in taken and k not in taken.values():
+                taken[j] = k
+        for j, orbit in enumerate(here):
+            if j not in taken:
+                taken[j] = len(curves)
+                curves.append({})
+            curves[taken[j]][i] = orbit
+        ends = sorted(taken.values())
+    return [_curve(curve, len(points)) for curve in curves]
+
+
+def _curve(points: dict[int, SpecialOrbit], size: int) -> OneImpactCurve:
+    places = list(points)
+
+    def filled(values: list[float]) -> Floats:
+        whole = np.full(size, np.nan)
+        whole[places] = values
+        return whole
+
+    admissible, undecided = np.zeros(size, dtype=np.bool_), np.zeros(size, dtype=np.bool_)
+    admissible[places] = [orbit.admissible is True for orbit in points.values()]
+    undecided[places] = [orbit.admissible is None for orbit in points.values()]
+    stop = np.zeros(size, dtype=np.int64)
+    stop[places] = [orbit.stop for orbit in points.values()]
+    gaps, speeds = ([getattr(orbit, name) for orbit in points.values()] for name in ("gap", "speed"))
+    return OneImpactCurve(filled(gaps), filled(speeds), admissible, undecided, stop)
+
+
+def _angle(difference: float) -> float:
+    return abs(math.remainder(difference, 2.0 * math.pi))

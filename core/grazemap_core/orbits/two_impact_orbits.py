@@ -1,0 +1,130 @@
+"""Orbits with one impact on each stop in n forcing periods, between any stops and under any harmonics.
+
+At a given lag of the second impact the speeds are linear in the steady motion, so the gap of the first stop is a
+trigonometric polynomial of the phase, as with one impact (`single_impact.orbits`). The lag is searched for.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from grazemap_core.arrays import Floats
+from grazemap_core.contact.kernels.stops import Stops, gap_of
+from grazemap_core.grazing.one_impact_family import before_impulse
+from grazemap_core.model.kernels.block_flow import block_flow
+from grazemap_core.orbits.bracketed_zero import bracketed_zero
+from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.orbits.impact_sequences import ImpactSequence
+from grazemap_core.orbits.kernels.equations import rebound_of
+from grazemap_core.orbits.single_impact.harmonics import Harmonics
+from grazemap_core.orbits.tolerances import LAG_ACCURACY, LAG_STEPS
+
+
+def two_impact_sequences(family: OrbitFamily, stops: Stops, omega: float, first: int) -> list[ImpactSequence]:
+    """Return the impacts of orbits with one impact on each stop in the family's period, the one on `first` first.
+
+    The gap of the second stop decides over the lag, which is searched on a grid: two orbits whose lags differ by less
+    than its step may be missed, and one where the phase ends within a step.
+    """
+    lags = _Lags(family, stops, omega, first)
+    turn = 2.0 * math.pi * family.pattern.multiple
+    grid = np.linspace(0.0, turn, LAG_STEPS * family.pattern.multiple + 1)[1:-1].tolist()
+    sequences: list[ImpactSequence] = []
+    before: list[tuple[float, float]] = []
+    for place, lag in enumerate(grid):
+        here = [(phase, lags.mismatch(lag, phase)) for phase in lags.phases(lag)]
+        for phase, mismatch in here:
+            near = min(before, key=lambda other: abs(math.remainder(other[0] - phase, 2.0 * math.pi)), default=None)
+            if near is not None and near[1] * mismatch <= 0.0 and mismatch != 0.0:
+                sequences += lags.between(grid[place - 1], lag, near[0])
+        before = here
+    return sequences
+
+
+class _Lags:
+    """Orbits with two impacts, as functions of the lag of the second one and the phase of the first one."""
+
+    def __init__(self, family: OrbitFamily, stops: Stops, omega: float, first: int) -> None:
+        self.omega, self.sides = omega, (first, -first)
+        self.gaps = [gap_of(stops, stop) for stop in self.sides]
+        self.rebounds = [rebound_of(stops, stop) for stop in self.sides]
+        self.multiple, self.span = family.pattern.multiple, family.pattern.spacing(omega)
+        self.steady = Harmonics.of_steady(family, omega)
+        response = family.response
+        unit = np.stack([response.value, response.slope], axis=1)
+        self.blocks = list(zip(response.decay, response.discriminant, response.frequency_squared, strict=True))
+        self.before = before_impulse(family.pattern.kinds[0], response, unit, self.span)
+        self.after = self.before + unit
+
+    def _response(self, time: float) -> tuple[float, float]:
+        """Return displacement and velocity a time after one of the periodic unit impulses; 0: just before one."""
+        if time == 0.0:
+            total = np.sum(self.before, axis=0)
+            return float(total[0]), float(total[1])
+        place, rate = 0.0, 0.0
+        for (decay, discriminant, square), (first, second) in zip(self.blocks, self.after.tolist(), strict=True):
+            e11, e12, e21, e22 = block_flow(decay, discriminant, square, time)
+            place += e11 * first + e12 * second
+            rate += e21 * first + e22 * second
+        return place, rate
+
+    def _matrices(self, lag: float) -> tuple[Floats, Floats]:
+        """Return what speeds have to be multiplied by to give the changes of displacement and velocity, (2, 2) each."""
+        time = lag / self.omega
+        times = ((0.0, self.span - time), (time, 0.0))
+        both = (
+            np.array([[self._response(times[i][j]) for j in range(2)] for i in range(2)])
+            * np.array(self.rebounds)[None, :, None]
+        )
+        return both[:, :, 0], both[:, :, 1]
+
+    def _polynomials(self, lag: float) -> tuple[list[Harmonics], list[Harmonics]]:
+        """Return the speeds over omega, and the displacements minus the stops', as functions of the first phase."""
+        place, rate = self._matrices(lag)
+        inverse = np.linalg.inv(np.eye(2) + rate)
+        steady = [self.steady, self.steady.turned(lag)]
+        rates = [motion.derivative() for motion in steady]
+        speeds = [rates[0].times(inverse[i, 0]).plus(inverse[i, 1], rates[1]) for i in range(2)]
+        places = []
+        for i in range(2):
+            moved = steady[i].plus(-place[i, 0] * self.omega, speeds[0]).plus(-place[i, 1] * self.omega, speeds[1])
+            places.append(Harmonics(moved.orders, moved.amplitudes, -self.sides[i] * self.gaps[i]))
+        return speeds, places
+
+    def phases(self, lag: float) -> list[float]:
+        """Return the phases of the first impact at which it is on its stop."""
+        return self._polynomials(lag)[1][0].zeros()
+
+    def mismatch(self, lag: float, phase: float) -> float:
+        """Return the displacement beyond the second stop at the second impact."""
+        return self._polynomials(lag)[1][1].at(phase)
+
+    def between(self, low: float, high: float, phase: float) -> Iterator[ImpactSequence]:
+        """Yield the orbit between two lags, with a phase near the given one, if neither impact is virtual."""
+
+        def nearest(lag: float) -> float:
+            phases = self.phases(lag)
+            if not phases:
+                raise _PhaseEnds
+            return min(phases, key=lambda other: abs(math.remainder(other - phase, 2.0 * math.pi)))
+
+        def test(lag: float) -> float:
+            return self.mismatch(lag, nearest(lag))
+
+        try:
+            lag = bracketed_zero(test, low, high, LAG_ACCURACY)
+            if lag is None:
+                return
+            first = nearest(lag)
+        except _PhaseEnds:
+            return
+        speeds = [self.omega * polynomial.at(first) for polynomial in self._polynomials(lag)[0]]
+        if all(stop * speed > 0.0 for stop, speed in zip(self.sides, speeds, strict=True)):
+            yield ImpactSequence.create(self.multiple, self.sides, [first, first + lag], speeds)
+
+
+class _PhaseEnds(Exception):
+    """There is no phase any more that could be followed."""
