@@ -294,15 +294,15 @@ class Runner:
         )
         return Column(models, of_column, results, **self._scratch)
 
-    def final_state(self, forced: ForcedStructure, conditions: Conditions) -> Floats | None:
-        """Return displacements and velocities (2, N) at the end of the last run, at the phase 0 of the forcing.
+    def final_state(self, forced: ForcedStructure, conditions: Conditions, phase: float = 0.0) -> Floats | None:
+        """Return displacements and velocities (2, N) at the end of the last run, at the phase at which it began.
 
-        The settings have `follow`. None if nothing was run, or for a trajectory that ended early, after which a sweep
-        starts at rest. The arguments are those of the last trajectory.
+        None if the settings have not `follow`, if nothing was run, or for a trajectory that ended early, after which a
+        sweep starts at rest. The arguments are those of the last trajectory.
         """
         if self._ended == ENDED_EARLY:
             return None
-        moved = self._models.free.from_modal @ self._scratch["final_state"].ravel() + forced.reference_state(0.0)
+        moved = self._models.free.from_modal @ self._scratch["final_state"].ravel() + forced.reference_state(phase)
         state = conditions.forcing[-1] * moved.reshape(self._shape)
         state[0] += conditions.bias[-1] * self._equilibrium
         return np.asarray(state)
@@ -377,11 +377,20 @@ class Runner:
             state = np.stack([state[0], oscillator.with_contact(state[1], -restitution * velocity)])
         return state, stop
 
-    def run_from(self, forced: ForcedOscillator, start: State, inherits: bool = False) -> tuple[Integers, Floats]:
-        """Run one trajectory from a state; return its codes (CODES,) and figures (FIGURES,). `inherits` as in `run`."""
+    def run_from(
+        self, forced: ForcedOscillator, start: State, inherits: bool = False
+    ) -> tuple[Integers, Floats, State | None]:
+        """Run one trajectory from a state, and return its codes (CODES,), its figures (FIGURES,) and its end.
+
+        The end is that of `final_state`, with the contact between the stops. `inherits` as in `run`.
+        """
         begin = FromState(np.stack([start.displacement, start.velocity]))
-        codes, figures = self.run(forced.structure, np.array([forced.clearances]), begin, start.phase, inherits)
-        return codes[0, 0], figures[0, 0]
+        conditions = Conditions.of(self.oscillator, np.array([forced.clearances]))
+        codes, figures = self.run(forced.structure, conditions, begin, start.phase, inherits)
+        end = self.final_state(forced.structure, conditions, start.phase)
+        if end is not None:
+            end = self.within(conditions, end, self._ended == lane_state.RESTS).state
+        return codes[0, 0], figures[0, 0], None if end is None else State(end[0], end[1], start.phase)
 
 
 class Runners:

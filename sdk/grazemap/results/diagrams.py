@@ -28,8 +28,8 @@ class Section(Record):
     impact_velocity: FloatArray = field("Velocity before every impact, signed.", "impact", "m/s")
     impact_stop: IntArray = field("Stop of every impact: +1 right, -1 left.", "impact", dtype="int8", values=STOPS)
     motion: Motion = field(
-        "The motion to which the trajectory has settled at most 500 periods after those shown. It is verified if "
-        "its orbit is verified and captures the trajectory, which is not sensitive.",
+        "The motion to which the trajectory settles within transient_periods + periods + 500 periods. It is "
+        "verified if its orbit is verified and captures the trajectory, which is not sensitive.",
         variable="motion",
     )
     sensitive: bool = field(Common)

@@ -146,8 +146,8 @@ PEAKS_SECONDS = 4.0e-2
 MAPPING_SECONDS = 0.25
 OVERSHOOT_SECONDS = 4.0e-3
 OVERSHOOT_MASS_SECONDS = 1.0e-4
-# Forcing periods after the recorded ones until which the motion at a value of a bifurcation diagram may settle; the
-# core's EXPONENT_PERIODS.
+# Forcing periods, beyond as many as pass before the record and in it, in which the motion at a value of a bifurcation
+# diagram may settle; the core's EXPONENT_PERIODS.
 DIAGRAM_SETTLING_PERIODS = 500
 # Factor by which a forcing period takes longer with the growth of small changes.
 GROWTH_FACTOR = 2.0

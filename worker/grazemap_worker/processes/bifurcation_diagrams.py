@@ -34,10 +34,9 @@ def _seconds(request: BifurcationDiagramsRequest) -> float:
     cost = samples.mean_cost(lanes=False)
     watched_periods = periods + rates.DIAGRAM_SETTLING_PERIODS
     settling = samples.settling(watched_periods)
-    # periods until the motion is classified; a motion that has not settled is classified a second time, in the periods
-    # after the recorded ones
-    classifying_periods = settling.periods + settling.unsettled * rates.DIAGRAM_SETTLING_PERIODS
-    seconds = len(values) * cost * (periods + rates.GROWTH_FACTOR * classifying_periods) / rates.PERIODS_PER_SECOND
+    # a trajectory is recorded once its motion is known, and the transient is over
+    recorded = periods - settling.unsettled * request.transient_periods
+    seconds = len(values) * cost * (recorded + rates.GROWTH_FACTOR * settling.periods) / rates.PERIODS_PER_SECOND
     seconds += chance_seconds(settling.unsettled * len(values), watched_periods, cost)
     seconds += len(values) * (setup_seconds(request.oscillator) + settling.orbit_seconds)
     return seconds + len(values) * samples.observed_seconds(request, cost, settling.unsettled)
