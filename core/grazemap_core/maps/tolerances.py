@@ -237,8 +237,8 @@ MOST_DRAWS: Final = 1000
 are refused."""
 
 EXPONENT_PERIODS: Final = 500
-"""Forcing periods in which a motion of a bifurcation diagram may settle, beyond as many as pass before the record and in
-it. As in maps, the growth of small changes is measured in the last GROWTH_SHARE of all of them."""
+"""Forcing periods in which a motion of a bifurcation diagram may settle, beyond as many as the transient and the record
+have. As in maps, the growth of small changes is measured in the last GROWTH_SHARE of all of them."""
 
 RESOLVING_BITS: Final = 128
 """Precision of the first multi-precision run from a sensitive point, more than twice that of binary64."""

@@ -189,12 +189,11 @@ def test_both_stops_of_unlike_restitutions_have_their_own_curves() -> None:
 
 def test_zeros_of_a_polynomial_are_given_once_within_a_turn() -> None:
     """Also where one is at the end of the turn, and round-off puts it on either side."""
-    orders = np.array([1.0, 2.0])
     for place in (0.0, -1e-17, 1e-17, -3e-16, 3e-16, 1.0):
-        sine = np.exp(-1j * place)
+        sine = complex(np.exp(-1j * place))
         # sin(t - place) times its distance from another constant: simple zeros at place and place + pi
         for factor in (1.0, 3.7, -0.2):
-            zeros = Harmonics(orders, np.array([factor * sine, 0.0])).zeros()
+            zeros = Harmonics((1, 2), (factor * sine, 0.0)).zeros()
             assert len(zeros) == 2
             assert all(0.0 <= zero < 2.0 * np.pi for zero in zeros)
     assert within_turn(-1e-17) == 0.0

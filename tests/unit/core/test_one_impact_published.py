@@ -31,7 +31,7 @@ from tests.support.orbits import one_impact_motions, special_motion
 
 def phases_of(motions, count):
     """Phases of impacts, spread over those with a gap above 0: from the zero of the gap to that of the speed."""
-    start, end = motions.phases_of_impacts()[0]
+    start, end = motions.phases_of_impacts[0]
     (low,) = (start + turn for zero in motions.orbits.gaps.zeros() if (turn := (zero - start) % math.tau) < math.pi)
     return np.linspace(low + 0.01, end - 0.01, count).tolist()
 

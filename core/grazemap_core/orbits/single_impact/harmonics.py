@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 
 import numpy as np
 
-from grazemap_core.arrays import Complexes, Floats
+from grazemap_core.arrays import Complexes
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.tolerances import ON_UNIT_CIRCLE, PHASE_POLISHING_STEPS, SAME_ZERO
 from grazemap_core.records import dataclass
@@ -16,64 +17,80 @@ from grazemap_core.records import dataclass
 class Harmonics:
     """A trigonometric polynomial of the phase: a constant and the sum of Im(amplitude exp(i order phase))."""
 
-    orders: Floats
-    """(H,) Whole numbers > 0, increasing."""
-    amplitudes: Complexes
-    """(H,) Amplitudes by order."""
+    orders: tuple[int, ...]
+    """H whole numbers > 0, increasing."""
+    amplitudes: tuple[complex, ...]
+    """H amplitudes by order. There are few, so numbers are quicker than arrays."""
     constant: float = 0.0
     """The constant."""
 
     @classmethod
     def of_steady(cls, family: OrbitFamily, omega: float, steady: Complexes | None = None) -> Harmonics:
         """Return the steady motion of the contact; `steady` are the amplitudes of `OrbitFamily.steady`, if known."""
-        orders = np.array([float(harmonic.order) for harmonic in family.oscillator.forces])
-        return cls(orders, (family.steady(omega) if steady is None else steady)[:, -1])
+        orders = tuple(harmonic.order for harmonic in family.oscillator.forces)
+        return cls(orders, tuple((family.steady(omega) if steady is None else steady)[:, -1].tolist()))
 
     def derivative(self) -> Harmonics:
         """Return the derivative."""
-        return Harmonics(self.orders, 1j * self.orders * self.amplitudes)
+        return Harmonics(self.orders, tuple(1j * k * a for k, a in zip(self.orders, self.amplitudes, strict=True)))
 
     def turned(self, angle: float) -> Harmonics:
         """Return the polynomial of a phase that is larger by an angle."""
-        return Harmonics(self.orders, self.amplitudes * np.exp(1j * self.orders * angle), self.constant)
+        turned = tuple(a * cmath.exp(1j * k * angle) for k, a in zip(self.orders, self.amplitudes, strict=True))
+        return Harmonics(self.orders, turned, self.constant)
 
     def plus(self, factor: float, other: Harmonics) -> Harmonics:
         """Return this one plus a factor times another one of the same orders."""
-        return Harmonics(
-            self.orders, self.amplitudes + factor * other.amplitudes, self.constant + factor * other.constant
-        )
+        total = tuple(a + factor * b for a, b in zip(self.amplitudes, other.amplitudes, strict=True))
+        return Harmonics(self.orders, total, self.constant + factor * other.constant)
 
     def times(self, factor: float) -> Harmonics:
         """Return this one times a factor."""
-        return Harmonics(self.orders, factor * self.amplitudes, factor * self.constant)
+        return Harmonics(self.orders, tuple(factor * a for a in self.amplitudes), factor * self.constant)
 
     def at(self, phase: float) -> float:
         """Return the value at a phase."""
-        return self.constant + float(np.sum((self.amplitudes * np.exp(1j * self.orders * phase)).imag))
+        value = self.constant
+        for order, amplitude in zip(self.orders, self.amplitudes, strict=True):
+            value += (amplitude * cmath.exp(1j * order * phase)).imag
+        return value
 
     def zeros(self) -> list[float]:
         """Return all zeros in [0, 2 pi), increasing; those closer than SAME_ZERO are one.
 
         A double zero may be missed, or found as two that are farther apart.
         """
-        degree = int(self.orders[-1])
+        slope, size, phases = self.derivative(), abs(self.constant) + sum(map(abs, self.amplitudes)), []
+        for phase in self._near_zeros():
+            for _ in range(PHASE_POLISHING_STEPS):
+                before, rate = phase, slope.at(phase)
+                phase -= self.at(phase) / rate if rate != 0.0 else 0.0
+                if phase == before:
+                    break
+            if abs(self.at(phase)) <= ON_UNIT_CIRCLE * size:
+                phases.append(within_turn(phase))
+        return apart_on_circle(phases)
+
+    def _near_zeros(self) -> list[float]:
+        """Return phases near all zeros: angles of the roots, on the unit circle, of a polynomial of exp(i phase)."""
+        if len(self.orders) == 1:  # a sine
+            (order,), (amplitude,) = self.orders, self.amplitudes
+            if amplitude == 0.0 or abs(self.constant) > math.cosh(ON_UNIT_CIRCLE) * abs(amplitude):
+                return []  # the roots are apart from the unit circle
+            lag, angle = cmath.phase(amplitude), math.asin(max(-1.0, min(-self.constant / abs(amplitude), 1.0)))
+            turns = [2.0 * math.pi * turn for turn in range(order)]
+            return [(there - lag + turn) / order for there in (angle, math.pi - angle) for turn in turns]
+        degree = self.orders[-1]
         coefficients = np.zeros(2 * degree + 1, dtype=np.complex128)
         coefficients[degree] = self.constant
-        for order, amplitude in zip(self.orders.astype(np.int64).tolist(), self.amplitudes.tolist(), strict=True):
+        for order, amplitude in zip(self.orders, self.amplitudes, strict=True):
             coefficients[degree + order] += amplitude / 2j
             coefficients[degree - order] -= amplitude.conjugate() / 2j
         if not np.any(coefficients):
             return []
         roots = np.roots(coefficients[::-1])
-        slope, phases = self.derivative(), []
-        for root in roots[np.abs(np.abs(roots) - 1.0) <= ON_UNIT_CIRCLE].tolist():
-            phase = math.atan2(root.imag, root.real)
-            for _ in range(PHASE_POLISHING_STEPS):
-                rate = slope.at(phase)
-                phase -= self.at(phase) / rate if rate != 0.0 else 0.0
-            if abs(self.at(phase)) <= ON_UNIT_CIRCLE * (abs(self.constant) + float(np.sum(np.abs(self.amplitudes)))):
-                phases.append(within_turn(phase))
-        return apart_on_circle(phases)
+        phases: list[float] = np.angle(roots[np.abs(np.abs(roots) - 1.0) <= ON_UNIT_CIRCLE]).tolist()
+        return phases
 
 
 def within_turn(phase: float) -> float:

@@ -132,9 +132,9 @@ class StopMotions:
 
     def _motions(self, own: SecondStop, other: SecondStop) -> OneImpactMotions:
         return OneImpactMotions(
-            speed=_parts(self.orbits.speeds.amplitudes / self.problem.length),
-            gap=_parts(self.orbits.gaps.amplitudes),
-            pressing=_parts(self.orbits.pressing.amplitudes / self.problem.length),
+            speed=_parts(self.orbits.speeds, self.problem.length),
+            gap=_parts(self.orbits.gaps),
+            pressing=_parts(self.orbits.pressing, self.problem.length),
             stop=float(self.of.stop),
             own=own.fixed,
             own_by_gap=own.by_gap,
@@ -187,7 +187,7 @@ class StopMotions:
     def _are_admissible(self, phases: Sequence[float]) -> list[bool | None]:
         begin = self.admissible_from if self._ends_at_graze else None
         if begin is not None and begin.any is not None:
-            middle = 0.5 * sum(self.phases_of_impacts()[0])
+            middle = 0.5 * sum(self.phases_of_impacts[0])
             above = [math.remainder(phase - middle, 2.0 * math.pi) > begin.phase - middle for phase in phases]
             return [begin.any and is_above for is_above in above]
         return [_verdict(status) for status in self.contacts(np.array(phases, dtype=np.float64)).status.tolist()]
@@ -210,7 +210,7 @@ class StopMotions:
         _, slow = contact_margin(
             *response.blocks[:3], sums.state, sums.displacement, omega, pattern.half_periods, is_alone
         )
-        start, end = self.phases_of_impacts()[0]
+        start, end = self.phases_of_impacts[0]
         if slow == NEVER:
             return AdmissibleFrom(end, 0, False)
         begin, stop = start, 0
@@ -240,7 +240,7 @@ class StopMotions:
         """Return the orbits at which a further contact begins, next to admissible ones."""
         clear: list[float] = []
         met: list[float] = []
-        for start, end in self.phases_of_impacts():
+        for start, end in self.phases_of_impacts:
             shares = np.linspace(0.0, 1.0, GRAZE_PHASES * len(self.orbits.toward.orders) + 1)
             shares[0], shares[-1] = GRAZE_OFFSET, 1.0 - GRAZE_OFFSET
             phases = start + (end - start) * shares
@@ -257,8 +257,9 @@ class StopMotions:
             self._orbit(phase, True, stop) for phase, stop in zip(places.tolist(), contacts.stop.tolist(), strict=True)
         ]
 
+    @cached_property
     def phases_of_impacts(self) -> list[tuple[float, float]]:
-        """Return the intervals of phases in which the impact is not virtual."""
+        """The intervals of phases in which the impact is not virtual."""
         zeros = self.orbits.speeds.zeros()
         ends = [*zeros, zeros[0] + 2.0 * math.pi] if zeros else []
         return [(a, b) for a, b in pairwise(ends) if self.orbits.speeds.at(0.5 * (a + b)) > 0.0]
@@ -287,8 +288,9 @@ def nearest_special(here: StopMotions, kind: str, gap: float) -> SpecialOrbit | 
     return min(here.special(kind), key=lambda orbit: abs(orbit.gap - gap), default=None)
 
 
-def _parts(amplitudes: Complexes) -> Floats:
-    return np.stack([amplitudes.real, amplitudes.imag], axis=1)
+def _parts(polynomial: Harmonics, unit: float = 1.0) -> Floats:
+    """Return the amplitudes of a polynomial in a unit, (H, 2): real and imaginary parts."""
+    return np.array([[amplitude.real / unit, amplitude.imag / unit] for amplitude in polynomial.amplitudes])
 
 
 def _empty(count: int) -> Contacts:
