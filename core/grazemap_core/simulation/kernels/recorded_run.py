@@ -30,6 +30,7 @@ from grazemap_core.contact.kernels.runs import (
 from grazemap_core.contact.kernels.sticking import held_motion, turn_to
 from grazemap_core.contact.kernels.stops import Stops, gap_of
 from grazemap_core.model.kernels.block_flow import advance_state
+from grazemap_core.numerics.jit.record_references import reference
 from grazemap_core.numerics.kernels.double_double import TWO_PI, Pair, divide, two_prod
 from grazemap_core.records import NamedTuple
 from grazemap_core.simulation.kernels.period_detection import StroboscopicHistory, record_half_period
@@ -49,6 +50,7 @@ def run_recorded(
     done : int
         Half periods completed. With RECORD_FULL the state is that after these, otherwise that at the end.
     """
+    forced, stops, run, began = reference(forced), reference(stops), reference(run), reference(began)
     for half in range(halves_done, halves):
         copy_state(began, run)
         status = run_half(forced, stops, run, half)
