@@ -1,11 +1,4 @@
-"""The lanes: trajectories side by side, each with its own stops, state and regime, and how one starts in a lane.
-
->>> group = lanes(masses=3)  # room for LANES trajectories, side by side
->>> for lane, gap in enumerate((1.5, 1.6)):  # two clearances
-...     set_stops(group, lane, Stops(gap, gap, 0.8, 0.8, gap, 64.0, 0.0, True))  # 0.8: restitution of either stop
->>> lane_stops(group, 1).left, lane_stops(group, 2).left  # the third lane is out of use: its stops are out of reach
-(1.6, 1e+300)
-"""
+"""The lanes: trajectories side by side, each with its own stops, state and regime, and how one starts in a lane."""
 
 from __future__ import annotations
 

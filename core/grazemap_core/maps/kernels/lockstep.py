@@ -1,5 +1,13 @@
 """Trajectories in lockstep, cell after cell.
 
+>>> from grazemap_core.contact.kernels.stops import Stops
+>>> from grazemap_core.maps.kernels.lanes import lanes, set_stops
+>>> group = lanes(masses=3)  # room for LANES trajectories, side by side
+>>> for lane, gap in enumerate((1.5, 1.6)):  # two clearances
+...     set_stops(group, lane, Stops(gap, gap, 0.8, 0.8, gap, 64.0, 0.0, True))  # 0.8: restitution of either stop
+>>> lane_stops(group, 1).left, lane_stops(group, 2).left  # the third lane is out of use: its stops are out of reach
+(1.6, 1e+300)
+
 A cell is one step of the time grid; half a forcing period has a whole number of cells (`run_half` carries the lanes
 over it). All lanes are in the same cell; each has its own stops, state and regime: FREE between the stops, NEAR a stop
 that the contact has just left, or RESTING on one. They share an oscillator and a forcing frequency, or each has its own
