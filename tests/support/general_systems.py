@@ -13,7 +13,7 @@ from grazemap_core.model.drive import force
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits.family import OrbitFamily, steady_size
+from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
 from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
 from grazemap_core.simulation.trajectories import trajectory
@@ -61,7 +61,7 @@ def random_system(seed: int) -> System | None:
     random = np.random.default_rng(seed)
     oscillator = random_oscillator(random, seed)
     omega = float(random.uniform(0.4, 1.6))
-    size = steady_size(OrbitFamily.of(oscillator, 1, False).steady(omega))
+    size = OrbitFamily.of(oscillator, 1, False).at(omega).steady_size
     place = contact_equilibrium(oscillator)
     right, left = random.uniform(0.3, 0.9, 2) * size
     clearance = [(right + place, left - place), (right + place, None), (None, left - place)][seed % 5 % 3]

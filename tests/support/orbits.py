@@ -17,7 +17,7 @@ from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.orbits.search import sequence_of_stops
-from grazemap_core.orbits.single_impact.special_orbits import ABSENT, ALIKE, StopFamily
+from grazemap_core.orbits.single_impact.special_orbits import ABSENT, ALIKE, StopMotions
 from grazemap_core.simulation.monodromy import monodromy
 from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.closed_form import one_impact_branch
@@ -27,8 +27,8 @@ from tests.support.oscillators import DEFAULT
 
 def one_impact_motions(oscillator, omega, multiple=1, symmetric=False, stop=1, alone=False):
     """The motions with one impact on a stop, or one on each, at a frequency; the other stop is absent or like it."""
-    family = OrbitFamily.of(oscillator, multiple, symmetric)
-    return StopFamily(family, stop, ABSENT if alone else ALIKE).at(omega, family.steady(omega))
+    family = OrbitFamily.of(oscillator, multiple, symmetric).at(omega)
+    return StopMotions(family, stop, ABSENT if alone else ALIKE)
 
 
 def special_motion(motions, kind):

@@ -118,7 +118,7 @@ class ContinuationProblem:
         self.turn = pattern.half_periods * math.pi
         self.mirror = -1.0 if pattern.symmetric else 1.0
         self._equations = PointEquations(oscillator, RECENT_EQUATIONS)
-        self.length = max(self._equations.steady_size(fixed, pattern), self._equations.stops(fixed).unit)
+        self.length = max(self._equations.forced(fixed, pattern).steady_size, self._equations.stops(fixed).unit)
         self.units = {name: self._unit(name) for name in parameters}
 
     @classmethod
@@ -289,16 +289,14 @@ class ContinuationProblem:
         fold_test = eliminate(system, size)
         assemble_doubled(problem, impacts, newton.before, system)
         doubling_test = eliminate(system, size)
-        contact, excess, phase, stop = further_contact(
-            problem, impacts, -math.inf, self._scratch.flow_between, self._scratch.contact
-        )
+        contact, excess, phase, stop = further_contact(problem, impacts, -math.inf, self._scratch.contact)
         multipliers = multipliers_of(problem, impacts, newton.before)
         return ContinuationPoint(
             unknowns=unknowns,
             values=values,
             residual=residual,
             kantorovich=float(kantorovich),
-            multipliers=with_unseen(self._equations.family(values, self.pattern), problem.omega, multipliers),
+            multipliers=with_unseen(self._equations.forced(values, self.pattern), multipliers),
             fold_test=float(fold_test),
             doubling_test=float(doubling_test),
             contact=int(contact),

@@ -12,7 +12,7 @@ import numpy as np
 from grazemap_core.arrays import Floats
 from grazemap_core.checks import checked_order
 from grazemap_core.errors import ParameterError
-from grazemap_core.grazing.kernels.periodic_impulses import state_before_impulse
+from grazemap_core.grazing.kernels.periodic_impulses import PeriodicImpulses, state_before_impulse
 from grazemap_core.model.impulse_response import ImpulseResponse, evaluate
 from grazemap_core.model.kernels.response_sums import ALTERNATING, SAME_SIGN
 from grazemap_core.model.modal import ModalModel
@@ -69,8 +69,8 @@ class PeriodicSums:
     """H' at mu = -1."""
     doubled_acceleration: float
     """H'' at mu = -1."""
-    state: Floats
-    """(N, 2) Contribution of each block to displacement and velocity of the contact just after an impulse."""
+    impulses: PeriodicImpulses
+    """The impulses at mu = +1, as the kernels take them."""
 
 
 def before_impulse(kind: int, blocks: ImpulseResponse | ModalModel, unit_impulse: Floats, span: float) -> Floats:
@@ -79,14 +79,14 @@ def before_impulse(kind: int, blocks: ImpulseResponse | ModalModel, unit_impulse
     `unit_impulse` (N, 2) is the effect of one of them; `kind` is SAME_SIGN or ALTERNATING.
     """
     first, second = np.ascontiguousarray(unit_impulse[:, 0]), np.ascontiguousarray(unit_impulse[:, 1])
-    state = state_before_impulse(kind, blocks.decay, blocks.discriminant, blocks.frequency_squared, first, second, span)
-    return np.asarray(state)
+    of_blocks = blocks.decay, blocks.discriminant, blocks.frequency_squared, first, second
+    return np.asarray(state_before_impulse(kind, of_blocks, span))
 
 
 def periodic_sums(response: ImpulseResponse, pattern: Pattern, omega: float) -> PeriodicSums:
     """Return the sums of a family."""
     tau = pattern.spacing(omega)
-    same, doubled = (state_before_impulse(kind, *response.blocks, tau) for kind in pattern.kinds)
+    same, doubled = (state_before_impulse(kind, response.blocks, tau) for kind in pattern.kinds)
     total = np.add.reduce
     after = same.copy()
     after[:, 0] += response.value
@@ -103,7 +103,14 @@ def periodic_sums(response: ImpulseResponse, pattern: Pattern, omega: float) -> 
         doubled_displacement=float(total(doubled[:, 0])),
         doubled_velocity=float(total(doubled[:, 1])),
         doubled_acceleration=doubled_acceleration,
-        state=after,
+        impulses=PeriodicImpulses(
+            decay=response.decay,
+            discriminant=response.discriminant,
+            frequency_squared=response.frequency_squared,
+            after=after,
+            omega=float(omega),
+            half_periods=pattern.half_periods,
+        ),
     )
 
 

@@ -108,16 +108,7 @@ def resonant_unfolding(
     after = _sign(-c_slope) if turns else _sign(-c)
     before = _sign(c_slope) if turns else after
 
-    margin, verdict = contact_margin(
-        response.decay,
-        response.discriminant,
-        response.frequency_squared,
-        sums.state,
-        0.0 if turns else sums.displacement,
-        omega,
-        pattern.half_periods,
-        one_stop,
-    )
+    margin, verdict = contact_margin(sums.impulses, 0.0 if turns else sums.displacement, one_stop)
     return ResonantUnfolding(
         orbits_before=before,
         orbits_after=after,

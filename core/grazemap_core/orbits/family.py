@@ -1,7 +1,7 @@
 """Families of periodic motions with impacts: a structure, a number of forcing periods, and whether they are symmetric.
 
-A family gives the equations of its orbits at every frequency, in the form that the kernels take (theory, "Any impacting
-orbit").
+A family at a frequency gives the equations of its orbits there, in the form that the kernels take (theory, "Any
+impacting orbit").
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.checks import checked_omega
+from grazemap_core.contact.reference_motion import real_and_imaginary
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.one_impact_family import Pattern, before_impulse
 from grazemap_core.model.harmonic_response import (
@@ -68,19 +69,32 @@ class OrbitFamily:
         """Phase after which the impacts repeat, or repeat on the opposite stops."""
         return self.pattern.half_periods * math.pi
 
-    def steady(self, omega: float) -> Complexes:
-        """Return the steady motion's amplitudes of each harmonic, complex (H, N + 1): displacements, then the contact.
+    @property
+    def sign(self) -> float:
+        """1 if the impacts repeat on the same stop, -1 if on the other one."""
+        return -1.0 if self.pattern.symmetric else 1.0
 
-        Raises
-        ------
-        ParameterError, SteadyMotionError
-            As `steady_at`.
-        """
-        steady: Complexes = self.steady_at(np.array([omega]))[0]
-        return steady
+    @cached_property
+    def orders(self) -> Floats:
+        """Orders of the harmonics of the forces, (H,), increasing."""
+        return np.array([float(harmonic.order) for harmonic in self.oscillator.forces])
 
-    def steady_at(self, omega: Floats) -> Complexes:
-        """Return `steady` at frequencies (m,), complex (m, H, N + 1).
+    @property
+    def has_one_harmonic(self) -> bool:
+        """Whether the forces have one harmonic, of order 1."""
+        return [harmonic.order for harmonic in self.oscillator.forces] == [1]
+
+    @cached_property
+    def sees_all(self) -> bool:
+        """Whether contact sees every mode, and excites it."""
+        return bool(np.all(self.response.seen))
+
+    def at(self, omega: float) -> ForcedFamily:
+        """Return the family at a frequency. Raises as `over`."""
+        return self.over(np.array([omega]))[0]
+
+    def over(self, omega: Floats) -> list[ForcedFamily]:
+        """Return the family at each of several frequencies (m,).
 
         Raises
         ------
@@ -91,25 +105,54 @@ class OrbitFamily:
         """
         values = checked_omega(omega)
         parts = [harmonic_amplitudes(self.oscillator, values, harmonic) for harmonic in self.oscillator.forces]
-        steady = np.stack(parts, axis=1)
-        if not all(0.0 < steady_size(amplitudes) < math.inf for amplitudes in steady):
+        families = [
+            ForcedFamily(self, at, amplitudes)
+            for at, amplitudes in zip(values.tolist(), np.stack(parts, axis=1), strict=True)
+        ]
+        if not all(0.0 < family.steady_size < math.inf for family in families):
             raise ParameterError(
                 "omega", "is a frequency at which the amplitude of the contact overflows or underflows"
             )
-        return steady
+        return families
 
-    def problem(self, omega: float, length: float, steady: Complexes) -> OrbitProblem:
-        """Return the equations at one frequency, with `length` the unit of length."""
-        blocks = self.response
-        span = self.pattern.spacing(omega)
+
+@dataclass(frozen=True, eq=False)
+class ForcedFamily:
+    """A family of orbits at one frequency.
+
+    `contact.forced.ForcedStructure` is the record of trajectories. Its motion without impacts may leave out resonant
+    modes, and it has the cells of a forcing period and the structure at rest on a stop. Orbits need neither; they need
+    the steady motion of all modes, which are damped, and the response to an impulse in every span.
+    """
+
+    family: OrbitFamily
+    """The structure and the pattern of impacts."""
+    omega: float
+    """Angular frequency of the forces."""
+    steady: Complexes
+    """(H, N + 1) Amplitudes of the steady motion by harmonic: displacements, then the contact."""
+
+    @property
+    def span(self) -> float:
+        """The time after which the impacts repeat, or repeat on the opposite stops."""
+        return self.family.pattern.spacing(self.omega)
+
+    @property
+    def steady_size(self) -> float:
+        """A bound of the steady motion of the contact."""
+        return float(sum(abs(amplitude) for amplitude in self.steady[:, -1]))
+
+    def problem(self, length: float) -> OrbitProblem:
+        """Return the equations of the orbits, with `length` the unit of length."""
+        family, blocks, span = self.family, self.family.response, self.span
         unit_impulse = np.stack([blocks.value, blocks.slope], axis=1)
-        kinds = self.pattern.kinds
+        kinds = family.pattern.kinds
         periodic, doubled = (before_impulse(kind, blocks, unit_impulse, span) + unit_impulse for kind in kinds)
         periodic_impulse_by_span = span * before_impulse(kinds[0], blocks, periodic, span)
-        at, forces = np.array([omega]), self.oscillator.forces
+        at, oscillator = np.array([self.omega]), family.oscillator
         slopes = [
-            complex(response_slope(self.oscillator, at, harmonic, steady[h : h + 1, :-1])[0]) / length
-            for h, harmonic in enumerate(forces)
+            complex(response_slope(oscillator, at, harmonic, self.steady[h : h + 1, :-1])[0]) / length
+            for h, harmonic in enumerate(oscillator.forces)
         ]
         return OrbitProblem(
             decay=blocks.decay,
@@ -120,38 +163,20 @@ class OrbitFamily:
             periodic_impulse=periodic,
             doubled_impulse=doubled,
             periodic_impulse_by_span=periodic_impulse_by_span,
-            orders=np.array([float(harmonic.order) for harmonic in self.oscillator.forces]),
-            steady=np.array([[amplitude.real, amplitude.imag] for amplitude in steady[:, -1] / length]),
-            steady_by_omega=np.array([[slope.real, slope.imag] for slope in slopes]),
+            orders=family.orders,
+            steady=real_and_imaginary(self.steady[:, -1] / length),
+            steady_by_omega=real_and_imaginary(np.array(slopes)),
             steady_unit=1.0,
-            omega=float(omega),
+            omega=self.omega,
             length=float(length),
-            turn=self.turn,
-            sign=-1.0 if self.pattern.symmetric else 1.0,
+            turn=family.turn,
+            sign=family.sign,
         )
 
-    @cached_property
-    def sees_all(self) -> bool:
-        """Whether contact sees every mode, and excites it."""
-        return bool(np.all(self.response.seen))
-
-    def unseen_multipliers(self, omega: float) -> Complexes:
+    def unseen_multipliers(self) -> Complexes:
         """Return the multipliers over a span of the modes that contact does not see, or does not excite."""
-        unseen = ~self.response.seen
-        decay, square = self.model.decay[unseen], self.model.frequency_squared[unseen]
+        family, unseen = self.family, ~self.family.response.seen
+        decay, square = family.model.decay[unseen], family.model.frequency_squared[unseen]
         root = np.sqrt((decay * decay - square).astype(np.complex128))
-        sign = -1.0 if self.pattern.symmetric else 1.0
         exponents = np.concatenate([-decay + root, -decay - root])
-        return np.asarray(sign * np.exp(exponents * self.pattern.spacing(omega)))
-
-
-def forced(problem: OrbitProblem, factor: float) -> OrbitProblem:
-    """Return the equations under forces that are larger by a factor."""
-    if factor == 1.0:
-        return problem
-    return problem._replace(steady=factor * problem.steady, steady_by_omega=factor * problem.steady_by_omega)
-
-
-def steady_size(steady: Complexes) -> float:
-    """Return a bound of the steady motion of the contact, from its amplitudes (H, N + 1)."""
-    return float(sum(abs(amplitude) for amplitude in steady[:, -1]))
+        return np.asarray(family.sign * np.exp(exponents * self.span))

@@ -1,5 +1,8 @@
 """Periodic orbits with any number of impacts: impacts, states, multipliers, contacts and error bounds.
 
+`periodic_orbit` computes all of a single orbit. `solve_sequences` solves for many orbits of one sequence of stops at
+one frequency, each with its own gaps and guess; compiled code does it for all of them together.
+
 Newton's method starts from a sequence of impacts near that of the orbit. The equations are analytic through impacts of
 velocity 0, so a solution may have virtual impacts, at which the contact moves away from the stop. Such a solution is no
 motion, and not admissible (theory, "Any impacting orbit").
@@ -8,6 +11,7 @@ motion, and not admissible (theory, "Any impacting orbit").
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -18,16 +22,31 @@ from grazemap_core.contact.stops import Clearance, stops_between
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
-from grazemap_core.orbits.batches import CONTACTS, ORBIT_REASONS, solve_sequences
-from grazemap_core.orbits.family import OrbitFamily, steady_size
+from grazemap_core.orbits.family import ForcedFamily, OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
+from grazemap_core.orbits.kernels.admissibility import GIVEN_UP, MEETS, NO_FURTHER_CONTACT, TOUCHES
+from grazemap_core.orbits.kernels.batches import OrbitResults, orbit_results, orbit_scratch, solve_orbits
 from grazemap_core.orbits.kernels.equations import OrbitImpacts, OrbitProblem
-from grazemap_core.orbits.kernels.newton import CONVERGED
+from grazemap_core.orbits.kernels.newton import CONVERGED, NOT_CONVERGED, OUT_OF_ORDER, SINGULAR
 from grazemap_core.orbits.states import multipliers_of, states_at, with_unseen
 from grazemap_core.orbits.tolerances import MAX_KANTOROVICH
 from grazemap_core.records import dataclass
 from grazemap_core.simulation.motion import Motion
 from grazemap_core.simulation.start import State
+
+ORBIT_REASONS = {
+    CONVERGED: "",
+    NOT_CONVERGED: "Newton's method does not converge from this guess. "
+    "Remedy: a guess with phases and velocities, as from a trajectory near the motion.",
+    OUT_OF_ORDER: "the order of the impacts would have to change: there is no orbit of this sequence near the guess. "
+    "Remedy: another sequence of stops, or none, to solve for the motion that a trajectory settles to.",
+    SINGULAR: "the equations are singular at the guess, as at a saddle-node or a resonant graze. "
+    "Remedy: another frequency or clearance.",
+}
+"""Why an orbit is not found, and what to do, by status."""
+
+CONTACTS = {NO_FURTHER_CONTACT: "none", MEETS: "some", TOUCHES: "undecided", GIVEN_UP: "not searched"}
+"""Contacts of an orbit with a stop other than its impacts, by the code of `admissibility`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,56 +181,30 @@ def periodic_orbit(oscillator: Oscillator, omega: float, clearance: Clearance, g
     ConditioningError
         The modal model is ill-conditioned.
     """
-    family, steady, stops = at_point(oscillator, omega, clearance, guess)
+    forced, stops = at_point(oscillator, omega, clearance, guess)
     if guess.symmetric and not stops.symmetric:
         guess = guess.whole
-        family = OrbitFamily.of(oscillator, guess.period, guess.symmetric)
-    problem = family.problem(omega, max(steady_size(steady), stops.unit), steady)
-    return solved_orbit(family, problem, steady, clearance, stops, guess)
-
-
-def at_point(
-    oscillator: Oscillator, omega: float, clearance: Clearance, impacts: ImpactSequence
-) -> tuple[OrbitFamily, Complexes, Stops]:
-    """Return the family of a sequence of impacts, the steady amplitudes and the stops. Raises as `periodic_orbit`."""
-    check_point(omega, 1.0 if isinstance(clearance, tuple) else clearance)
-    family = OrbitFamily.of(oscillator, impacts.period, impacts.symmetric)
-    steady = family.steady(omega)
-    stops = stops_between(oscillator, clearance, steady_size(steady))
-    if any(math.isinf(gap_of(stops, float(stop))) for stop in impacts.whole.stops):
-        raise ParameterError("stops", "has an impact on a stop that is absent")
-    return family, steady, stops
-
-
-def solved_orbit(
-    family: OrbitFamily,
-    problem: OrbitProblem,
-    steady: Complexes,
-    clearance: Clearance,
-    stops: Stops,
-    guess: ImpactSequence,
-) -> PeriodicOrbit:
-    """Return the orbit near a guess for equations that have been set up."""
+        forced, stops = at_point(oscillator, omega, clearance, guess)
+    problem = forced.problem(max(forced.steady_size, stops.unit))
     phases, speeds, results = solve_sequences(problem, guess, [stops], guess.phases[None], guess.velocities[None])
     omega, unit = problem.omega, problem.omega * problem.length
     shift = math.floor(phases[0, 0] / (2.0 * math.pi * guess.period)) * 2.0 * math.pi * guess.period
     impacts = ImpactSequence(guess.period, guess.stops, phases[0] - shift, speeds[0] * unit, guess.symmetric)
     converged = int(results.status[0]) == CONVERGED
-    count = family.oscillator.size
+    count = oscillator.size
     x, v = np.full(count, np.nan), np.full(count, np.nan)
     state = State(x, v, 0.0)
     multipliers = np.full(2 * count, np.nan, dtype=np.complex128)
     phase = math.remainder(float(impacts.phases[0]), 2.0 * math.pi)
     if converged:
-        (x, v), at_start = states_at(family, omega, steady, impacts, (float(impacts.phases[0]), 0.0))
+        (x, v), at_start = states_at(forced, impacts, (float(impacts.phases[0]), 0.0))
         # the contact is on its stop, and strikes it with that velocity, exactly
         stop, both = int(impacts.stops[0]), clearance if isinstance(clearance, tuple) else (clearance, clearance)
-        x = family.oscillator.with_contact(x, stop * float(both[0 if stop > 0 else 1] or 0.0))
-        v = family.oscillator.with_contact(v, float(impacts.velocities[0]))
+        x = oscillator.with_contact(x, stop * float(both[0 if stop > 0 else 1] or 0.0))
+        v = oscillator.with_contact(v, float(impacts.velocities[0]))
         state = State(*at_start, 0.0)
         solved = OrbitImpacts(stops, impacts.stops.astype(np.float64), phases[0], speeds[0])
-        of_blocks = multipliers_of(problem, solved, results.before[0])
-        multipliers = with_unseen(family, omega, of_blocks)
+        multipliers = with_unseen(forced, multipliers_of(problem, solved, results.before[0]))
     symmetric = converged and stops.symmetric and impacts.mirrors()
     half: Complexes | None = None
     if guess.symmetric:
@@ -241,3 +234,49 @@ def solved_orbit(
         least_period=impacts.repeats_after() if converged else impacts.period,
         symmetric=symmetric,
     )
+
+
+def at_point(
+    oscillator: Oscillator, omega: float, clearance: Clearance, impacts: ImpactSequence
+) -> tuple[ForcedFamily, Stops]:
+    """Return the family of a sequence of impacts at a frequency, and the stops. Raises as `periodic_orbit`."""
+    check_point(omega, 1.0 if isinstance(clearance, tuple) else clearance)
+    forced = OrbitFamily.of(oscillator, impacts.period, impacts.symmetric).at(omega)
+    stops = stops_between(oscillator, clearance, forced.steady_size)
+    if any(math.isinf(gap_of(stops, float(stop))) for stop in impacts.whole.stops):
+        raise ParameterError("stops", "has an impact on a stop that is absent")
+    return forced, stops
+
+
+def solve_sequences(
+    problem: OrbitProblem,
+    sequence: ImpactSequence,
+    stops: Sequence[Stops],
+    phases: Floats,
+    velocities: Floats,
+    floor: float = -math.inf,
+) -> tuple[Floats, Floats, OrbitResults]:
+    """Return phases and speeds, (m, k) each, and all other results for m orbits of one sequence of stops.
+
+    Speeds are in units of the problem's omega times length.
+
+    Parameters
+    ----------
+    sequence : ImpactSequence
+        Only the stops of its impacts are used.
+    stops : m of Stops
+        Of each orbit, m >= 1, all with the same restitutions.
+    phases, velocities : (m, k)
+        The guesses.
+    floor : float
+        As in `admissibility.further_contact_from`.
+    """
+    count, blocks = len(sequence.stops), len(problem.decay)
+    results, scratch = orbit_results(len(stops), count, blocks), orbit_scratch(count, blocks)
+    phases = np.array(phases)
+    speeds = velocities / (problem.omega * problem.length)
+    gaps = np.array([[pair.right, pair.left] for pair in stops])
+    impacts = OrbitImpacts(stops[0], sequence.stops.astype(np.float64), phases, speeds)
+    # writes the solutions into phases and speeds
+    solve_orbits(problem, impacts, gaps, floor, results, scratch)
+    return phases, speeds, results

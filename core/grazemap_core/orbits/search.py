@@ -18,18 +18,14 @@ from grazemap_core.contact.stops import Clearance, stops_between
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
-from grazemap_core.orbits.family import OrbitFamily, steady_size
+from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.orbits.single_impact.orbits import one_impact_sequences
+from grazemap_core.orbits.tolerances import RANDOM_STATES, RECORDED_PERIODS, TRANSIENT_PERIODS
 from grazemap_core.orbits.two_impact_orbits import two_impact_sequences
 from grazemap_core.simulation.start import ForcedOscillator, forced_oscillator
 from grazemap_core.simulation.trajectories import trajectory
-
-RANDOM_STATES = 24
-"""Number of initial states tried besides rest."""
-TRANSIENT_PERIODS = 400
-"""Number of forcing periods in which a trajectory must settle."""
 
 
 @in_own_period
@@ -90,10 +86,10 @@ def explicit_sequences(
     """
     if not (sides.size == 1 or (sides.size == 2 and sides[0] == -sides[1])):
         return []
-    family = OrbitFamily.of(oscillator, period, symmetric=False)
-    stops = stops_between(oscillator, clearance, steady_size(family.steady(omega)))
+    family = OrbitFamily.of(oscillator, period, symmetric=False).at(omega)
+    stops = stops_between(oscillator, clearance, family.steady_size)
     sequences = one_impact_sequences if sides.size == 1 else two_impact_sequences
-    return sequences(family, stops, omega, int(sides[0]))
+    return sequences(family, stops, int(sides[0]))
 
 
 def _explicit(forced: ForcedOscillator, period: int, wanted: Integers) -> ImpactSequence | None:
@@ -109,8 +105,8 @@ def _explicit(forced: ForcedOscillator, period: int, wanted: Integers) -> Impact
 def _explicit_sequences(forced: ForcedOscillator, period: int, wanted: Integers) -> Iterator[ImpactSequence]:
     """Yield the impacts of orbits with one impact, or one on each stop, symmetric ones first."""
     if wanted.size == 2 and period % 2 == 1 and forced.stops.symmetric:
-        family = OrbitFamily.of(forced.oscillator, period, symmetric=True)
-        yield from one_impact_sequences(family, forced.stops, forced.omega, int(wanted[0]))
+        family = OrbitFamily.of(forced.oscillator, period, symmetric=True).at(forced.omega)
+        yield from one_impact_sequences(family, forced.stops, int(wanted[0]))
     yield from explicit_sequences(forced.oscillator, forced.omega, forced.clearance, period, wanted)
 
 
@@ -130,7 +126,7 @@ def _settled(forced: ForcedOscillator, seed: int) -> Iterator[ImpactSequence]:
             displacement,
             velocity,
             transient_periods=TRANSIENT_PERIODS,
-            periods=64,
+            periods=RECORDED_PERIODS,
             samples_per_period=1,
         )
         try:

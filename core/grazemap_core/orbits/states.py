@@ -13,56 +13,46 @@ from grazemap_core.errors import ConditioningError
 from grazemap_core.grazing.one_impact_family import before_impulse
 from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.kernels.block_flow import block_flow
-from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.orbits.family import ForcedFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
-from grazemap_core.orbits.kernels.equations import OrbitImpacts, OrbitProblem, rebound_of
+from grazemap_core.orbits.kernels.equations import OrbitImpacts, OrbitProblem, next_phase, rebound_of
 from grazemap_core.orbits.kernels.multipliers import block_scales
 
 
-def states_at(
-    family: OrbitFamily, omega: float, steady: Complexes, sequence: ImpactSequence, phases: Sequence[float]
-) -> list[tuple[Floats, Floats]]:
+def states_at(forced: ForcedFamily, sequence: ImpactSequence, phases: Sequence[float]) -> list[tuple[Floats, Floats]]:
     """Return displacement and velocity, (N,) each, at forcing phases; just before an impact where there is one.
 
-    Parameters
-    ----------
-    family : OrbitFamily
-    steady : complex (H, N + 1)
-        From `OrbitFamily.steady`.
-    sequence : ImpactSequence
-        As solved for: for a symmetric motion, half the period.
-    phases : floats
+    `sequence` is as solved for: for a symmetric motion, half the period.
     """
-    model, count, span = family.model, family.model.size, family.pattern.spacing(omega)
-    periodic_impulse = model.unit_impulse + before_impulse(family.pattern.kinds[0], model, model.unit_impulse, span)
-    orders = np.array([harmonic.order for harmonic in family.oscillator.forces])
-    turned = steady[:, :-1] * np.exp(1j * np.outer(phases, orders))[:, :, None]
+    family, model, orders = forced.family, forced.family.model, forced.family.orders
+    periodic_impulse = model.unit_impulse + before_impulse(
+        family.pattern.kinds[0], model, model.unit_impulse, forced.span
+    )
+    turned = forced.steady[:, :-1] * np.exp(1j * np.outer(phases, orders))[:, :, None]
     place = np.add.reduce(turned.imag, axis=1)
-    velocity = np.add.reduce((orders * omega)[:, None] * turned.real, axis=1)
+    velocity = np.add.reduce((orders * forced.omega)[:, None] * turned.real, axis=1)
     static = equilibrium(family.oscillator)
     states = []
     for k, phase in enumerate(phases):
-        free = model.from_modal @ _blocks_at(family, omega, sequence, phase, periodic_impulse)
-        states.append((place[k] + free[:count] + static, velocity[k] + free[count:]))
+        free = model.from_modal @ _blocks_at(forced, sequence, phase, periodic_impulse)
+        states.append((place[k] + free[: model.size] + static, velocity[k] + free[model.size :]))
     return states
 
 
-def _blocks_at(
-    family: OrbitFamily, omega: float, sequence: ImpactSequence, phase: float, periodic_impulse: Floats
-) -> Floats:
+def _blocks_at(forced: ForcedFamily, sequence: ImpactSequence, phase: float, periodic_impulse: Floats) -> Floats:
     """Return the state of the blocks at a phase, without the steady motion, (2N,).
 
-    `periodic_impulse` (N, 2) is their state after an impulse, one in every span.
+    `periodic_impulse` (N, 2) is their state just after an impulse, one in every span.
     """
-    model = family.model
+    family, model = forced.family, forced.family.model
     parts = (model.decay, model.discriminant, model.frequency_squared, periodic_impulse)
     blocks = list(zip(*(part.tolist() for part in parts), strict=True))
     state = [0.0] * (2 * len(blocks))
     impacts = (part.tolist() for part in (sequence.stops, sequence.phases, sequence.velocities))
     for stop, impact, speed in zip(*impacts, strict=True):
         spans = math.ceil((phase - impact) / family.turn) - 1
-        time = (phase - impact - spans * family.turn) / omega
-        sign = -1.0 if family.pattern.symmetric and spans % 2 else 1.0
+        time = (phase - impact - spans * family.turn) / forced.omega
+        sign = family.sign if spans % 2 else 1.0
         strength = -sign * (1.0 + family.oscillator.restitution_of(stop)) * speed
         for j, (decay, discriminant, square, (first, second)) in enumerate(blocks):
             e11, e12, e21, e22 = block_flow(decay, discriminant, square, time)
@@ -101,8 +91,7 @@ def multipliers_of(problem: OrbitProblem, impacts: OrbitImpacts, before: Floats)
         rebound = rebound_of(impacts.stops, impacts.sides[i])
         change = change - rebound * (unit_impulse[:, None] * (rate @ change) + drift[:, None] * (place @ change))
         change[:, size + i] += rebound * before[i, 2] * unit_impulse
-        end = phases[0] + problem.turn if i == count - 1 else phases[i + 1]
-        time = float(end - phases[i]) / problem.omega
+        time = float(next_phase(problem, phases, i) - phases[i]) / problem.omega
         for j in range(size // 2):
             e11, e12, e21, e22 = block_flow(
                 problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], time
@@ -139,11 +128,11 @@ def _eigenvalues(left: Floats, right: Floats) -> tuple[Complexes, Complexes]:
     raise ConditioningError("the multipliers of an orbit could not be computed: the iteration does not converge")
 
 
-def with_unseen(family: OrbitFamily, omega: float, multipliers: Complexes) -> Complexes:
+def with_unseen(forced: ForcedFamily, multipliers: Complexes) -> Complexes:
     """Return multipliers with those of the modes that contact does not see, in the order of `_by_modulus`."""
-    if family.sees_all:
+    if forced.family.sees_all:
         return multipliers
-    return _by_modulus(np.concatenate([multipliers, family.unseen_multipliers(omega)]))
+    return _by_modulus(np.concatenate([multipliers, forced.unseen_multipliers()]))
 
 
 def _by_modulus(multipliers: Complexes) -> Complexes:

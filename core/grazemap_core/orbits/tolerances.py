@@ -43,6 +43,10 @@ MIN_CONTACT_CELL: Final = 1e-9
 """Length, relative to the time between impacts, below which a cell is not halved further, as at a graze with zero
 curvature. The error of the distance is then the cube of this times the bound of its third derivative."""
 
+CELL_STACK: Final = 256
+"""Maximum number of cells that wait to be searched. A cell that is halved adds one; 30 halvings lead from the time
+between impacts to MIN_CONTACT_CELL, so this many never wait."""
+
 STEPS_TO_MAXIMUM: Final = 60
 """Maximum number of steps in the search for a maximum of the displacement between two impacts. Newton's method takes a
 few; bisection, which replaces a step that leaves the cell, reaches round-off in fewer than 60."""
@@ -90,6 +94,10 @@ NORM_DOUBLINGS: Final = 40
 """Maximum number of doublings of the sum that defines this norm. Powers decay after about log2(10 / (1 - m)) doublings,
 which is 24 for the largest multiplier that counts as stable; matrices far from normal need some more."""
 
+SECOND_ORDER: Final = 16.0
+"""The time by which an impact may move, times the stiffest block's rate, is below the inverse of this. The terms of
+third order are then a few percent of those of second order, which are enlarged by as much."""
+
 CAPTURE_TRIALS: Final = 8
 """Maximum number of radii for which a ball is carried over a return. The ratio of `capture.capture_ratio` is
 proportional to the radius, so the second radius or the third captures."""
@@ -132,6 +140,23 @@ STEPS_TO_ADMISSIBLE: Final = 128
 """Maximum number of steps to the phase at which admissible orbits begin. Five to eight are usual. After an impact of
 little restitution the contact that excludes most may be close to the impact; each step then divides the distance by
 1.5 only, and 90 of these reach round-off."""
+
+PHASE_HALVINGS: Final = 64
+"""Maximum number of bisection steps between two phases: 53 reach round-off."""
+
+NEXT_STEP: Final = 1.2
+"""Steps within which an impact velocity that falls linearly must reach zero: one, with a margin for its curvature."""
+
+RANDOM_STATES: Final = 24
+"""Number of initial states from which a motion with given stops is looked for, besides rest. A motion whose basin is a
+tenth of the states is missed by all of them with a chance of 8 percent."""
+
+TRANSIENT_PERIODS: Final = 400
+"""Number of forcing periods in which these trajectories must settle: the slowest multiplier of the motion then shrinks
+a difference to 1e-6 if its modulus over a period is below 0.966."""
+
+RECORDED_PERIODS: Final = 64
+"""Number of forcing periods recorded after these: twice the longest period that `trajectory` recognises, 32."""
 
 SAME_CURVE_PHASE: Final = 0.5
 """Maximum change, radians, of the phase less that of the steady motion, from one point of a curve to the next. A curve

@@ -15,23 +15,22 @@ from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels.stops import Stops, gap_of
 from grazemap_core.grazing.one_impact_family import before_impulse
 from grazemap_core.model.kernels.block_flow import block_flow
-from grazemap_core.orbits.bracketed_zero import bracketed_zero
-from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.orbits.family import ForcedFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.kernels.equations import rebound_of
-from grazemap_core.orbits.single_impact.harmonics import Harmonics
+from grazemap_core.orbits.single_impact.harmonics import Harmonics, bracketed_zero
 from grazemap_core.orbits.tolerances import LAG_ACCURACY, LAG_STEPS
 
 
-def two_impact_sequences(family: OrbitFamily, stops: Stops, omega: float, first: int) -> list[ImpactSequence]:
+def two_impact_sequences(forced: ForcedFamily, stops: Stops, first: int) -> list[ImpactSequence]:
     """Return the impacts of orbits with one impact on each stop in the family's period, the one on `first` first.
 
-    The gap of the second stop decides over the lag, which is searched on a grid: two orbits whose lags differ by less
-    than its step may be missed, and one where the phase ends within a step.
+    The lag is that at which the second impact is on its stop. It is searched on a grid. Two orbits whose lags differ
+    by less than a step may be missed, and one next to a lag at which the phase of the first impact ceases to exist.
     """
-    lags = _Lags(family, stops, omega, first)
-    turn = 2.0 * math.pi * family.pattern.multiple
-    grid = np.linspace(0.0, turn, LAG_STEPS * family.pattern.multiple + 1)[1:-1].tolist()
+    lags = _Lags(forced, stops, first)
+    turn = 2.0 * math.pi * lags.multiple
+    grid = np.linspace(0.0, turn, LAG_STEPS * lags.multiple + 1)[1:-1].tolist()
     sequences: list[ImpactSequence] = []
     before: list[tuple[float, float]] = []
     for place, lag in enumerate(grid):
@@ -47,16 +46,16 @@ def two_impact_sequences(family: OrbitFamily, stops: Stops, omega: float, first:
 class _Lags:
     """Orbits with two impacts, as functions of the lag of the second one and the phase of the first one."""
 
-    def __init__(self, family: OrbitFamily, stops: Stops, omega: float, first: int) -> None:
-        self.omega, self.sides = omega, (first, -first)
+    def __init__(self, forced: ForcedFamily, stops: Stops, first: int) -> None:
+        self.omega, self.sides = forced.omega, (first, -first)
         self.gaps = [gap_of(stops, stop) for stop in self.sides]
         self.rebounds = [rebound_of(stops, stop) for stop in self.sides]
-        self.multiple, self.span = family.pattern.multiple, family.pattern.spacing(omega)
-        self.steady = Harmonics.of_steady(family, omega)
-        response = family.response
+        pattern, response = forced.family.pattern, forced.family.response
+        self.multiple, self.span = pattern.multiple, forced.span
+        self.steady = Harmonics.of_steady(forced)
         unit = np.stack([response.value, response.slope], axis=1)
         self.blocks = list(zip(response.decay, response.discriminant, response.frequency_squared, strict=True))
-        self.before = before_impulse(family.pattern.kinds[0], response, unit, self.span)
+        self.before = before_impulse(pattern.kinds[0], response, unit, self.span)
         self.after = self.before + unit
 
     def _response(self, time: float) -> tuple[float, float]:

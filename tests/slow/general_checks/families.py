@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grazemap_core.model.equilibrium import contact_equilibrium
-from grazemap_core.orbits.family import OrbitFamily, steady_size
+from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.periodic_orbits import at_point, periodic_orbit
 from grazemap_core.orbits.two_impact_orbits import two_impact_sequences
@@ -46,14 +46,14 @@ def two_impact_orbits(seed: int) -> Orbits:
     random = np.random.default_rng(1000 + seed)
     oscillator = random_oscillator(random, seed)
     omega, place = float(random.uniform(0.4, 1.6)), contact_equilibrium(oscillator)
-    size = steady_size(OrbitFamily.of(oscillator, 1, False).steady(omega))
+    size = OrbitFamily.of(oscillator, 1, False).at(omega).steady_size
     right, left = random.uniform(0.2, 0.8, 2) * size
     clearance = (float(right + place), float(left - place))
     compared, wrong, worst = 0, 0, 0.0
     for multiple in (1, 2):
         pattern = ImpactSequence.create(multiple, [1, -1], [0.0, 1.0], [1.0, -1.0])
-        family, _, stops = at_point(oscillator, omega, clearance, pattern)
-        for guess in two_impact_sequences(family, stops, omega, 1):
+        family, stops = at_point(oscillator, omega, clearance, pattern)
+        for guess in two_impact_sequences(family, stops, 1):
             orbit = periodic_orbit(oscillator, omega, clearance, guess)
             if not orbit.isolated:
                 continue

@@ -5,7 +5,7 @@ import re
 import pytest
 
 from grazemap_core.maps.borders.map_borders import BORDER_REASONS as OF_BORDERS
-from grazemap_core.orbits.batches import ORBIT_REASONS as OF_ORBITS
+from grazemap_core.orbits.periodic_orbits import ORBIT_REASONS as OF_ORBITS
 from grazemap_core.simulation.motion import REASONS as OF_MOTIONS
 from grazemap_worker.processes import bifurcation_curves, periodic_orbits, trajectories
 

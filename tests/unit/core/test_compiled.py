@@ -40,8 +40,6 @@ ALLOCATES = {
     "steady_amplitudes",
     "isolate",
     "state_before_impulse",
-    "contact_angle",
-    "contact_margin",
 }
 
 

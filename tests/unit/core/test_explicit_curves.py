@@ -14,18 +14,16 @@ from grazemap_core.grazing.kernels.periodic_impulses import UNDECIDED
 from grazemap_core.model.drive import force
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits.bracketed_zero import bracketed_zero
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.kernels.admissibility import GIVEN_UP, MEETS, NO_FURTHER_CONTACT, TOUCHES
+from grazemap_core.orbits.kernels.one_impact_contacts import StopGap
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.orbits.single_impact import special_orbits
-from grazemap_core.orbits.single_impact.harmonics import Harmonics, apart_on_circle, within_turn
+from grazemap_core.orbits.single_impact.harmonics import Harmonics, apart_on_circle, bracketed_zero, within_turn
 from grazemap_core.orbits.single_impact.special_orbits import (
     ABSENT,
     AdmissibleFrom,
-    SecondStop,
     SpecialOrbit,
-    StopFamily,
     StopMotions,
 )
 from grazemap_core.orbits.single_impact.window_curves import BOTH_STOPS, CurvePiece, window_curves
@@ -66,12 +64,11 @@ def test_curves_of_one_stop_of_a_dense_structure_are_orbits_with_a_multiplier_of
 
 
 def nearest(
-    oscillator: Oscillator, piece: CurvePiece, place: int, stop: int, other: SecondStop = ABSENT
+    oscillator: Oscillator, piece: CurvePiece, place: int, stop: int, other: StopGap = ABSENT
 ) -> tuple[StopMotions, SpecialOrbit]:
     """Of all orbits at the frequency of a point of a piece, the special one with this speed."""
     family = OrbitFamily.of(oscillator, piece.period, piece.symmetric)
-    omega = float(piece.omega[place])
-    here = StopFamily(family, stop, other).at(omega, family.steady(omega))
+    here = StopMotions(family.at(float(piece.omega[place])), stop, other)
     return here, min(here.special(piece.type), key=lambda special: abs(special.speed - piece.impact_velocity[place]))
 
 
@@ -128,7 +125,7 @@ def test_curves_of_symmetric_motions_under_several_harmonics_are_orbits_with_hal
             continue
         middle = len(piece.omega) // 2
         omega, clearance = float(piece.omega[middle]), float(piece.value[middle])
-        here, special = nearest(oscillator, piece, middle, 1, SecondStop(0.0, 1.0))
+        here, special = nearest(oscillator, piece, middle, 1, StopGap(0.0, 1.0))
         orbit = periodic_orbit(oscillator, omega, clearance, here.orbits.impacts(special.phase))
         if piece.type == "GR":
             assert abs(orbit.excess) < 1e-10
@@ -258,11 +255,9 @@ def test_a_special_orbit_whose_contact_is_hidden_is_neither_admissible_nor_not()
 
 def test_a_search_that_is_given_up_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """It does not say that the orbit is not admissible."""
-    here = StopFamily(OrbitFamily.of(dense(), 1, False), 1, ABSENT).at(
-        0.9, OrbitFamily.of(dense(), 1, False).steady(0.9)
-    )
+    here = StopMotions(OrbitFamily.of(dense(), 1, False).at(0.9), 1, ABSENT)
 
-    def given_up(problem, motions, phases, floor, contacts, scratch):
+    def given_up(motions, phases, floor, contacts, scratch):
         contacts.status[:] = GIVEN_UP
 
     monkeypatch.setattr(special_orbits, "contacts_at", given_up)

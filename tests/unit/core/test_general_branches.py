@@ -95,8 +95,8 @@ def of_one(oscillator: Oscillator, omega: float, multiple: int, stop: int, angle
     """An orbit of one impact on one stop alone, from its closed form."""
     known = one_impact_branch(oscillator, omega, multiple, stop=stop, alone=True)
     gap, place = known.clearance(angle), contact_equilibrium(oscillator)
-    family = OrbitFamily.of(oscillator, multiple, False)
-    orbits = OneImpactOrbits.of(family, omega, stop, 1.0 + oscillator.restitution_of(stop))
+    family = OrbitFamily.of(oscillator, multiple, False).at(omega)
+    orbits = OneImpactOrbits(family, stop, 1.0 + oscillator.restitution_of(stop))
     phase = min(
         orbits.phases(gap), key=lambda impact_phase: abs(orbits.speed(impact_phase) - known.impact_velocity(angle))
     )

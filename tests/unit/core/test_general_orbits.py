@@ -43,10 +43,9 @@ NAMED = [("coco", COCO), ("chain-one-stop", DEFAULT)]
 def test_recorded_orbits_of_one_stop(name: str, oscillator: Oscillator) -> None:
     for known in FIGURES[f"{name}/orbits"]:
         omega, clearance = float(known["omega"]), (float(known["right_stop"]), None)
-        family, _, stops = at_point(oscillator, omega, clearance, ImpactSequence.create(known["n"], [1], [0.0], [1.0]))
+        family, stops = at_point(oscillator, omega, clearance, ImpactSequence.create(known["n"], [1], [0.0], [1.0]))
         orbits = [
-            periodic_orbit(oscillator, omega, clearance, guess)
-            for guess in one_impact_sequences(family, stops, omega, 1)
+            periodic_orbit(oscillator, omega, clearance, guess) for guess in one_impact_sequences(family, stops, 1)
         ]
         (orbit,) = [
             candidate
@@ -65,7 +64,7 @@ def test_recorded_curve_points_of_one_stop(name: str, oscillator: Oscillator) ->
     for known in FIGURES[f"{name}/curve_points"]:
         omega, gap = float(known["omega"]), float(known["effective_gap"])
         wanted = [pytest.approx(gap, rel=1e-11), pytest.approx(float(known["v"]), rel=1e-11)]
-        orbits = OneImpactOrbits.of(OrbitFamily.of(oscillator, known["n"], False), omega, 1, 1.8)
+        orbits = OneImpactOrbits(OrbitFamily.of(oscillator, known["n"], False).at(omega), 1, 1.8)
         phases = orbits.saddle_nodes() if known["kind"] == "SN" else orbits.period_doublings()
         assert [[orbits.gap(phase), orbits.speed(phase)] for phase in phases] == [wanted]
         branch = one_impact_branch(oscillator, omega, known["n"], stop=1, alone=True)
@@ -123,7 +122,7 @@ def test_balances_of_momentum_and_energy(seed: int) -> None:
     """Over a period ``K mean(x) = bias + h mean(contact force)``; forces supply what damping and impacts lose."""
     system, orbit = with_orbit(seed)
     oscillator, impacts = system.oscillator, orbit.impacts
-    family, steady, _ = at_point(oscillator, system.omega, system.clearance, impacts)
+    family, _ = at_point(oscillator, system.omega, system.clearance, impacts)
     turn = 2.0 * math.pi * impacts.period
     nodes, weights = np.polynomial.legendre.leggauss(24)
     place, supplied, lost = np.zeros(oscillator.size), 0.0, 0.0
@@ -132,7 +131,7 @@ def test_balances_of_momentum_and_energy(seed: int) -> None:
     for begin, end in itertools.pairwise(parts):
         for node, weight in zip(nodes, weights, strict=True):
             phase = 0.5 * (begin + end) + 0.5 * (end - begin) * node
-            ((x, v),) = states_at(family, system.omega, steady, impacts, [float(phase)])
+            ((x, v),) = states_at(family, impacts, [float(phase)])
             forces = sum(
                 (h.amplitudes(np.array([system.omega]))[0] * np.exp(1j * h.order * phase)).imag
                 for h in oscillator.drive
@@ -181,8 +180,8 @@ def test_all_orbits_of_one_impact_are_found(kind: int) -> None:
     """The gap at a phase of the impact leads back to that phase, for either stop and any harmonics."""
     random = np.random.default_rng(100 + kind)
     oscillator, omega, stop = random_oscillator(random, kind), float(random.uniform(0.4, 1.6)), 1 - 2 * (kind // 4)
-    family = OrbitFamily.of(oscillator, 1 + kind % 2, False)
-    orbits = OneImpactOrbits.of(family, omega, stop, 1.0 + oscillator.restitution_of(stop))
+    family = OrbitFamily.of(oscillator, 1 + kind % 2, False).at(omega)
+    orbits = OneImpactOrbits(family, stop, 1.0 + oscillator.restitution_of(stop))
     place = stop * contact_equilibrium(oscillator)
     checked = 0
     for phase in np.linspace(0.0, 2.0 * math.pi, 12, endpoint=False).tolist():
@@ -211,8 +210,8 @@ def test_all_orbits_of_one_impact_are_found(kind: int) -> None:
 def test_orbits_with_an_impact_on_each_stop_are_found(seed: int) -> None:
     system, orbit = with_orbit(seed)
     assert orbit.label == "1-1r-1l"
-    family, _, stops = at_point(system.oscillator, system.omega, system.clearance, orbit.impacts)
-    sequences = two_impact_sequences(family, stops, system.omega, int(orbit.impacts.stops[0]))
+    family, stops = at_point(system.oscillator, system.omega, system.clearance, orbit.impacts)
+    sequences = two_impact_sequences(family, stops, int(orbit.impacts.stops[0]))
     away = [np.max(np.abs(other.velocities - orbit.impacts.velocities)) for other in sequences]
     assert min(away) < 1e-9
     assert orbit_with(system.oscillator, system.omega, system.clearance, 1, orbit.impacts.stops.tolist()).admissible

@@ -129,9 +129,9 @@ def test_multipliers_are_the_zeros_of_the_reduced_function():
 def special_cases(families):
     """Random motions, their branch in closed form, and a type of special motions that both have or that neither has."""
     for motions, branch in families:
-        assert motions.of.has_one_interval
+        assert motions.has_one_interval
         known = {point.type: point for point in branch.special_points[1:]}
-        for kind in motions.of.types:
+        for kind in motions.types:
             ours, theirs = special_motion(motions, kind), known.pop(kind, None)
             assert (ours is None) == (theirs is None), (kind, branch.pattern, branch.omega)
             if ours is not None:
@@ -156,7 +156,7 @@ def compared(families):
         assert abs(ours.speed - theirs.impact_velocity) <= speed * (rounding + 1e-13)
         assert ours.admissible == theirs.admissible
         if kind == "GR":
-            assert ours.stop == theirs.stop * motions.of.stop
+            assert ours.stop == theirs.stop * motions.stop
     return counts
 
 
@@ -306,7 +306,7 @@ def test_the_impact_speed_is_bounded_from_below_by_the_energy_that_is_lost():
     # D/omega > (1 - R)/(2 omega): kicks that repeat never take energy out of a damped chain
     for oscillator, branch, _ in itertools.islice(random_families(12), 200):
         family = OrbitFamily.of(oscillator, branch.pattern.multiple, branch.pattern.symmetric)
-        orbits = OneImpactOrbits.of(family, branch.omega, 1, 1.0 + oscillator.restitution)
+        orbits = OneImpactOrbits(family.at(branch.omega), 1, 1.0 + oscillator.restitution)
         assert orbits.straight > 0.5 * (1.0 - oscillator.restitution)
 
 

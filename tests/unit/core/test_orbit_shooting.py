@@ -12,7 +12,7 @@ from grazemap_core.contact.stops import stops_between
 from grazemap_core.grazing.grazing_curve import grazing_curve
 from grazemap_core.model.kernels.response_sums import ALTERNATING, SAME_SIGN, block_sum
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits.family import OrbitFamily, steady_size
+from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import impacts_of
 from grazemap_core.orbits.kernels.equations import OrbitImpacts, OrbitProblem, assemble
 from grazemap_core.orbits.kernels.shooting import Shooting, norm_of_inverse, shoot, shooting, solve_step
@@ -45,15 +45,13 @@ def orbits() -> list[tuple[Oscillator, PeriodicOrbit]]:
 
 def problem_of(chain: Oscillator, orbit: PeriodicOrbit) -> tuple[OrbitProblem, Shooting]:
     impacts = orbit.impacts
-    family = OrbitFamily.of(chain, impacts.period, impacts.symmetric)
-    steady = family.steady(orbit.omega)
-    problem = family.problem(orbit.omega, max(steady_size(steady), orbit.clearance), steady)
+    family = OrbitFamily.of(chain, impacts.period, impacts.symmetric).at(orbit.omega)
+    problem = family.problem(max(family.steady_size, orbit.clearance))
     room = shooting(len(impacts.stops), chain.size)
     kind = ALTERNATING if impacts.symmetric else SAME_SIGN
-    span = family.pattern.spacing(orbit.omega)
     for j in range(chain.size):
         room.closing[j] = block_sum(
-            kind, problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], 0.0, span
+            kind, problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], 0.0, family.span
         )[:2]
     return problem, room
 

@@ -17,13 +17,12 @@ from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.errors import ParameterError, SteadyMotionError
 from grazemap_core.grazing.grazing_curve import grazing_curve
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits.batches import solve_sequences
-from grazemap_core.orbits.family import OrbitFamily, steady_size
+from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
 from grazemap_core.orbits.kernels.admissibility import NO_FURTHER_CONTACT
 from grazemap_core.orbits.kernels.equations import OrbitImpacts, assemble, assemble_doubled
 from grazemap_core.orbits.kernels.newton import CONVERGED
-from grazemap_core.orbits.periodic_orbits import periodic_orbit
+from grazemap_core.orbits.periodic_orbits import periodic_orbit, solve_sequences
 from grazemap_core.orbits.tolerances import ORBIT_FLOOR
 from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.closed_form import one_impact_branch
@@ -184,7 +183,7 @@ def test_the_derivatives_are_those_of_the_equations():
             phases, speeds = np.array([0.3, 1.1, 2.4]), rng.normal(size=count)
 
             def residual(phases, speeds, omega, family=family, sides=sides, stops=stops):
-                problem = family.problem(omega, 2.0, family.steady(omega))
+                problem = family.at(omega).problem(2.0)
                 left, matrix, before = np.zeros(6), np.zeros((6, 7)), np.zeros((3, 3))
                 assemble(problem, OrbitImpacts(stops, sides, phases, speeds), left, matrix, before)
                 return left, matrix, before
@@ -204,7 +203,7 @@ def test_the_derivatives_are_those_of_the_equations():
             both = np.zeros((12, 13))
             sign = -1.0 if symmetric else 1.0
             assemble(
-                whole.problem(omega, 2.0, whole.steady(omega)),
+                whole.at(omega).problem(2.0),
                 OrbitImpacts(
                     stops,
                     np.concatenate([sides, sign * sides]),
@@ -216,7 +215,7 @@ def test_the_derivatives_are_those_of_the_equations():
                 np.zeros((6, 3)),
             )
             doubled = np.zeros((6, 6))
-            problem = family.problem(omega, 2.0, family.steady(omega))
+            problem = family.at(omega).problem(2.0)
             assemble_doubled(problem, OrbitImpacts(stops, sides, phases, speeds), before, doubled)
             rows, first = np.r_[0:3, 6:9], both[np.r_[0:3, 6:9]]
             assert rows.shape == (6,)
@@ -244,9 +243,8 @@ def test_orbits_solved_together_equal_those_solved_one_by_one():
     orbit = default_orbit("1-2r-2l")
     rng = np.random.default_rng(5)
     clearances = orbit.clearance + rng.uniform(-0.01, 0.01, 20)
-    family = OrbitFamily.of(DEFAULT, orbit.impacts.period, orbit.impacts.symmetric)
-    steady = family.steady(0.27)
-    problem = family.problem(0.27, max(steady_size(steady), float(np.max(clearances))), steady)
+    family = OrbitFamily.of(DEFAULT, orbit.impacts.period, orbit.impacts.symmetric).at(0.27)
+    problem = family.problem(max(family.steady_size, float(np.max(clearances))))
     stops = [stops_between(DEFAULT, float(clearance), 0.0) for clearance in clearances]
     guesses = [np.tile(values, (20, 1)) for values in (orbit.impacts.phases, orbit.impacts.velocities)]
     phases, speeds, many = solve_sequences(problem, orbit.impacts, stops, *guesses, floor=-ORBIT_FLOOR)

@@ -9,8 +9,10 @@ from numba import njit
 
 from grazemap_core.arrays import Floats
 from grazemap_core.grazing.tolerances import CONTACT_ROUNDOFF
-from grazemap_core.model.kernels.block_flow import block_flow
-from grazemap_core.model.kernels.response_sums import block_sum
+from grazemap_core.model.kernels.block_flow import advance_block
+from grazemap_core.model.kernels.response_sums import ResponseBlocks, block_sum
+from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.records import NamedTuple
 
 ADMISSIBLE = 0
 """Orbits of vanishing impact speed meet no stop between their impacts."""
@@ -20,22 +22,37 @@ NEVER = 2
 """They do: no orbit of the family is admissible."""
 
 
+class PeriodicImpulses(NamedTuple):
+    """Unit impulses on the contact at equal intervals, and the free motion that they cause."""
+
+    decay: Floats
+    """(N,) Of the blocks."""
+    discriminant: Floats
+    """(N,) Of the blocks."""
+    frequency_squared: Floats
+    """(N,) Of the blocks."""
+    after: Floats
+    """(N, 2) Contribution of each block to displacement and velocity of the contact just after an impulse."""
+    omega: float
+    """Frequency of the forces."""
+    half_periods: int
+    """Half forcing periods between two impulses."""
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
-def state_before_impulse(
-    kind: int, decay: Floats, discriminant: Floats, frequency_squared: Floats, first: Floats, second: Floats, tau: float
-) -> Floats:
+def state_before_impulse(kind: int, blocks: ResponseBlocks, tau: float) -> Floats:
     """Return ``sum_{k>=1} (+-1)^k exp(T k tau) (first, second)`` of every block, shape (N, 2).
 
     Parameters
     ----------
     kind : int
         SAME_SIGN or ALTERNATING, from `response_sums`.
-    decay, discriminant, frequency_squared : ndarray of shape (N,)
-    first, second : ndarray of shape (N,)
-        Change of the first coordinate of a block, and of its second, by an impulse.
+    blocks : decay, discriminant, frequency_squared, first, second of shape (N,) each
+        The last two are the changes of the first coordinate of a block, and of its second, by an impulse.
     tau : float
         Time between the impulses.
     """
+    decay, discriminant, frequency_squared, first, second = blocks
     result = np.empty((decay.size, 2))
     for j in range(decay.size):
         p, q, _ = block_sum(kind, decay[j], discriminant[j], frequency_squared[j], 0.0, tau)
@@ -44,31 +61,19 @@ def state_before_impulse(
     return result
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def contact_margin(
-    decay: Floats,
-    discriminant: Floats,
-    frequency_squared: Floats,
-    state: Floats,
-    level: float,
-    omega: float,
-    half_periods: int,
-    one_stop: bool,
-) -> tuple[float, int]:
+@kernel
+def contact_margin(impulses: PeriodicImpulses, level: float, one_stop: bool) -> tuple[float, int]:
     """Return by how much orbits of vanishing impact speed miss the stops between their impacts, and the verdict.
 
-    They are near the stops only at the returns of the forcing to its phase at the graze, or to the opposite one.
+    They are near the stops only at the returns of the forcing to its phase at the graze, or to the opposite one. Below,
+    G is the displacement of the contact after an impulse.
 
     Parameters
     ----------
-    decay, discriminant, frequency_squared : ndarray of shape (N,)
-    state : ndarray of shape (N, 2)
-        Contribution of each block to the displacement G of the contact, and to G', just after an impulse.
+    impulses : PeriodicImpulses
+        One at every impact.
     level : float
         H, the displacement of the contact at an impulse, caused by all earlier ones.
-    omega : float
-    half_periods : int
-        Half forcing periods between two impacts.
     one_stop : bool
         Whether only returns after whole periods count: the other stop is too far to be met.
 
@@ -81,18 +86,18 @@ def contact_margin(
         ADMISSIBLE if all distances are positive, UNDECIDED or NEVER.
     """
     margin, verdict = math.inf, ADMISSIBLE
+    after, frequency_squared = impulses.after, impulses.frequency_squared
     size = abs(level)
-    for j in range(decay.size):
-        size += abs(state[j, 0]) + abs(state[j, 1]) / math.sqrt(frequency_squared[j])
-    for m in range(1, half_periods):
+    for j in range(after.shape[0]):
+        size += abs(after[j, 0]) + abs(after[j, 1]) / math.sqrt(frequency_squared[j])
+    for m in range(1, impulses.half_periods):
         stop = 1 if m % 2 == 0 else -1
         if one_stop and stop < 0:
             continue
-        time = m * (math.pi / omega)
+        time = m * (math.pi / impulses.omega)
         value, terms = 0.0, abs(level)
-        for j in range(decay.size):
-            e11, e12, e21, e22 = block_flow(decay[j], discriminant[j], frequency_squared[j], time)
-            y, rate = e11 * state[j, 0] + e12 * state[j, 1], e21 * state[j, 0] + e22 * state[j, 1]
+        for j in range(after.shape[0]):
+            y, rate = advance_block(impulses, j, after[j, 0], after[j, 1], time)
             frequency = math.sqrt(frequency_squared[j])
             value += y
             terms += (abs(y) + abs(rate) / frequency) * (1.0 + frequency * time)

@@ -35,11 +35,11 @@ from grazemap_core.maps.tolerances import (
     BORDER_STATES,
     SAME_SPEED,
 )
-from grazemap_core.orbits.batches import solve_sequences
 from grazemap_core.orbits.impact_sequences import ImpactSequence, impacts_of
 from grazemap_core.orbits.kernels.admissibility import NO_FURTHER_CONTACT
 from grazemap_core.orbits.kernels.equations import OrbitProblem
 from grazemap_core.orbits.kernels.newton import CONVERGED
+from grazemap_core.orbits.periodic_orbits import solve_sequences
 from grazemap_core.orbits.tolerances import ORBIT_FLOOR
 from grazemap_core.records import NamedTuple, dataclass
 from grazemap_core.simulation.start import ForcedOscillator, forced_oscillator
@@ -72,7 +72,7 @@ class GridEquations:
     def problem(self, pattern: Pattern, point: GridPoint) -> OrbitProblem:
         """Return the equations at a point; raises as `PointEquations`."""
         values = self._grid.parameters_at(point)
-        size = values.forcing * self._equations.steady_size(values, pattern)
+        size = values.forcing * self._equations.forced(values, pattern).steady_size
         return self._equations.problem(values, pattern, max(size, self._unit))
 
 

@@ -36,6 +36,7 @@ class Pair(NamedTuple, Generic[Number]):
 
 
 TWO_PI = Pair(6.283185307179586, 2.4492935982947064e-16)
+"""2 pi, with an error of 6e-33."""
 
 
 @inlined_formula

@@ -17,19 +17,21 @@ import numpy as np
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels.stops import gap_of
 from grazemap_core.grazing.tolerances import CONTACT_ROUNDOFF, MAX_CELLS
-from grazemap_core.model.kernels.block_flow import block_flow
+from grazemap_core.model.kernels.block_flow import advance_block, block_flow
 from grazemap_core.model.tolerances import BOUND_SAFETY
-from grazemap_core.numerics.jit.compiled import kernel, plain
+from grazemap_core.numerics.jit.compiled import copy_matrix, kernel, plain
 from grazemap_core.numerics.jit.record_references import reference
 from grazemap_core.orbits.kernels.equations import (
     OrbitImpacts,
     OrbitProblem,
     highest_order,
+    next_phase,
     rebound_of,
     steady_bound,
     steady_motion,
 )
 from grazemap_core.orbits.tolerances import (
+    CELL_STACK,
     CONTACT_CELLS,
     MAXIMUM_ACCURACY,
     MAXIMUM_AT_IMPACT,
@@ -47,9 +49,65 @@ TOUCHES = 2
 GIVEN_UP = 3
 """MAX_CELLS were not enough to decide."""
 
-STACK: Final = 256
-"""Cells that may wait to be searched. A cell that is halved adds one, and none is halved below MIN_CONTACT_CELL."""
 _TOO_MANY: Final = -1
+
+
+class ContactScratch(NamedTuple):
+    """Scratch of the search for contacts, for k impacts and N blocks."""
+
+    flow_between: Floats
+    """(k, N, 4) Each block's flow from every impact to the next one."""
+    states: Floats
+    """(4, N, 2) Each block's part in displacement and velocity of q after an impact, at the beginning of a cell, in its
+    middle, and at an arbitrary time."""
+    cell_flow: Floats
+    """(N, 4) Each block's flow over half a cell."""
+    stack: Floats
+    """(CELL_STACK, 2) Beginnings and ends of the cells that are still to be searched."""
+
+
+def contact_scratch(impacts: int, blocks: int) -> ContactScratch:
+    """Return scratch for orbits of `impacts` impacts, of a structure with `blocks` blocks."""
+    return ContactScratch(
+        flow_between=np.zeros((impacts, blocks, 4)),
+        states=np.zeros((4, blocks, 2)),
+        cell_flow=np.zeros((blocks, 4)),
+        stack=np.zeros((CELL_STACK, 2)),
+    )
+
+
+@kernel
+def _write_flow(problem: OrbitProblem, time: float, flow: Floats) -> None:
+    """Write the flow of each block over a time into flow (N, 4)."""
+    for j in range(flow.shape[0]):
+        flow[j, 0], flow[j, 1], flow[j, 2], flow[j, 3] = block_flow(
+            problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], time
+        )
+
+
+@kernel
+def apply_flow(flow: Floats, start: Floats, end: Floats) -> None:
+    """Write the state of the blocks (N, 2) after a flow (N, 4) from start into end, which may be the same array."""
+    for j in range(start.shape[0]):
+        y, rate = start[j, 0], start[j, 1]
+        end[j, 0] = flow[j, 0] * y + flow[j, 1] * rate
+        end[j, 1] = flow[j, 2] * y + flow[j, 3] * rate
+
+
+@kernel
+def _advance(problem: OrbitProblem, start: Floats, angle: float, end: Floats) -> None:
+    """Write into end (N, 2) the state of the blocks an angle later than start (N, 2)."""
+    for j in range(start.shape[0]):
+        end[j, 0], end[j, 1] = advance_block(problem, j, start[j, 0], start[j, 1], angle / problem.omega)
+
+
+@kernel
+def add_impulse(problem: OrbitProblem, impacts: OrbitImpacts, i: int, sign: float, state: Floats) -> None:
+    """Change the state of the blocks (N, 2) by the impulse of impact i; `sign` is -1 for its mirror image."""
+    impulse = -rebound_of(impacts.stops, impacts.sides[i]) * problem.omega * (sign * impacts.speeds[i])
+    for j in range(state.shape[0]):
+        state[j, 0] += impulse * problem.unit_impulse[j, 0]
+        state[j, 1] += impulse * problem.unit_impulse[j, 1]
 
 
 @kernel
@@ -60,63 +118,49 @@ def _state_after_first_impact(problem: OrbitProblem, impacts: OrbitImpacts, stat
         state[j, 0], state[j, 1] = 0.0, 0.0
         for m in range(phases.shape[0]):
             time = (phases[0] - phases[m] + problem.turn) / problem.omega
-            e11, e12, e21, e22 = block_flow(
-                problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], time
-            )
+            y, rate = advance_block(problem, j, problem.periodic_impulse[j, 0], problem.periodic_impulse[j, 1], time)
             strength = -problem.sign * rebound_of(stops, sides[m]) * problem.omega * speeds[m]
-            state[j, 0] += strength * (e11 * problem.periodic_impulse[j, 0] + e12 * problem.periodic_impulse[j, 1])
-            state[j, 1] += strength * (e21 * problem.periodic_impulse[j, 0] + e22 * problem.periodic_impulse[j, 1])
-        strength = -rebound_of(stops, sides[0]) * problem.omega * speeds[0]
-        state[j, 0] += strength * problem.unit_impulse[j, 0]
-        state[j, 1] += strength * problem.unit_impulse[j, 1]
+            state[j, 0] += strength * y
+            state[j, 1] += strength * rate
+    add_impulse(problem, impacts, 0, 1.0, state)
+
+
+class Instant(NamedTuple):
+    """A moment between two impacts."""
+
+    start: float
+    """Phase of the impact before it."""
+    angle: float
+    """Angle after that impact."""
+    sine: float
+    """Sine of the phase of the moment."""
+    cosine: float
+    """Cosine of this phase."""
+
+
+class Displacement(NamedTuple):
+    """The motion of the contact at a moment, with derivatives by the phase, in units of length."""
+
+    value: float
+    """The displacement q."""
+    slope: float
+    """Its first derivative."""
+    second_derivative: float
+    """Its second derivative."""
+    terms: float
+    """Sum of the moduli of the terms of q, each times the angle in whose sine its round-off originates."""
 
 
 @kernel
-def _flows_between_impacts(problem: OrbitProblem, phases: Floats, flow_between: Floats) -> None:
-    """Write each block's flow from every impact to the next one into flow_between (k, N, 4)."""
-    count = phases.shape[0]
-    for i in range(count):
-        end = phases[i + 1] if i + 1 < count else phases[0] + problem.turn
-        for j in range(flow_between.shape[1]):
-            flow_between[i, j, 0], flow_between[i, j, 1], flow_between[i, j, 2], flow_between[i, j, 3] = block_flow(
-                problem.decay[j],
-                problem.discriminant[j],
-                problem.frequency_squared[j],
-                (end - phases[i]) / problem.omega,
-            )
+def _evaluate(problem: OrbitProblem, steady: float, state: Floats, at: Instant) -> Displacement:
+    """Return the motion of the contact at a moment at which the blocks have `state` (N, 2).
 
-
-@kernel
-def _advance(problem: OrbitProblem, start: Floats, angle: float, end: Floats) -> None:
-    """Write into end (N, 2) the state of the blocks an angle later than start (N, 2)."""
-    for j in range(start.shape[0]):
-        e11, e12, e21, e22 = block_flow(
-            problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], angle / problem.omega
-        )
-        y, rate = start[j, 0], start[j, 1]
-        end[j, 0], end[j, 1] = e11 * y + e12 * rate, e21 * y + e22 * rate
-
-
-@kernel
-def _evaluate(
-    problem: OrbitProblem,
-    size: float,
-    state: Floats,
-    start: float,
-    angle: float,
-    sine: float,
-    cosine: float,
-    values: Floats,
-) -> None:
-    """Write into values (4,) the displacement q, its first two derivatives, and the sum of its terms' moduli.
-
-    `state` (N, 2) is that of the blocks, `angle` after an impact at the phase `start`; sine and cosine are those of
-    the phase there, `size` is a bound of the steady motion.
+    `steady` is a bound of the steady motion.
     """
     omega = problem.omega
-    time = angle / omega
-    value, slope, second_derivative, _ = steady_motion(problem, sine, cosine)
-    terms = size * (1.0 + highest_order(problem) * (abs(start) + angle))
+    time = at.angle / omega
+    value, slope, second_derivative, _ = steady_motion(problem, at.sine, at.cosine)
+    terms = steady * (1.0 + highest_order(problem) * (abs(at.start) + at.angle))
     for j in range(state.shape[0]):
         square, twice, frequency = problem.frequency_squared[j], 2.0 * problem.decay[j], problem.frequency[j]
         y, rate = state[j, 0], state[j, 1]
@@ -125,13 +169,14 @@ def _evaluate(
         slope += rate / omega
         second_derivative += second / (omega * omega)
         terms += (abs(y) + abs(rate) / frequency) * (1.0 + frequency * time)
-    values[0], values[1], values[2], values[3] = value, slope, second_derivative, terms
+    return Displacement(value, slope, second_derivative, terms)
 
 
 @kernel
-def _evaluate_at(problem: OrbitProblem, size: float, state: Floats, start: float, angle: float, values: Floats) -> None:
-    """Write the same as `_evaluate` at any angle."""
-    _evaluate(problem, size, state, start, angle, math.sin(start + angle), math.cos(start + angle), values)
+def _evaluate_at(problem: OrbitProblem, steady: float, state: Floats, start: float, angle: float) -> Displacement:
+    """Return the same as `_evaluate` at an angle after an impact at the phase `start`."""
+    instant = Instant(start, angle, math.sin(start + angle), math.cos(start + angle))
+    return _evaluate(problem, steady, state, instant)
 
 
 @kernel
@@ -148,30 +193,6 @@ def third_derivative_bound(problem: OrbitProblem, steady: float, state: Floats) 
         bound += math.sqrt(square * second * second + third * third)
     total: float = (steady + bound / (problem.omega * problem.omega * problem.omega)) * BOUND_SAFETY
     return total
-
-
-class ContactScratch(NamedTuple):
-    """Scratch of the search for contacts, for N blocks."""
-
-    states: Floats
-    """(4, N, 2) Each block's part in displacement and velocity of q after an impact, at the beginning of a cell, in its
-    middle, and at an arbitrary time."""
-    cell_flow: Floats
-    """(N, 4) Each block's flow over half a cell."""
-    stack: Floats
-    """(STACK, 2) Beginnings and ends of the cells that are still to be searched."""
-    values: Floats
-    """(3, 4) Results of `_evaluate` at the beginning of a cell, in its middle, and at an arbitrary time."""
-
-
-def contact_scratch(blocks: int) -> ContactScratch:
-    """Return scratch for an oscillator of `blocks` masses."""
-    return ContactScratch(
-        states=np.zeros((4, blocks, 2)),
-        cell_flow=np.zeros((blocks, 4)),
-        stack=np.zeros((STACK, 2)),
-        values=np.zeros((3, 4)),
-    )
 
 
 class Interval(NamedTuple):
@@ -200,19 +221,31 @@ class Sizes(NamedTuple):
     """Distance of the left stop, likewise."""
 
 
-class IntervalPart(NamedTuple):
-    """A part of an interval, and the motion toward one stop in its middle."""
+class Cell(NamedTuple):
+    """A part of an interval, and the motion in its middle."""
 
     left: float
     """Start of the part, an angle after the impact."""
     right: float
     """End of the part, an angle after the impact."""
+    middle: Displacement
+    """The motion in the middle."""
+
+
+class Candidate(NamedTuple):
+    """The motion toward one stop in the middle of a cell that may have a maximum."""
+
+    stop: float
+    """The stop, +1 or -1."""
     slope: float
-    """First derivative of the displacement toward the stop, in the middle."""
+    """First derivative of the displacement toward the stop."""
     second_derivative: float
-    """Second derivative there."""
+    """Its second derivative."""
     noise: float
-    """Round-off in the middle."""
+    """Round-off of the displacement."""
+    concave: bool
+    """The displacement toward the stop is concave in the cell. Otherwise the cell is too short to be halved, and the
+    maximum is taken to be in its middle."""
 
 
 class Maximum(NamedTuple):
@@ -229,49 +262,30 @@ class Maximum(NamedTuple):
 
 
 @kernel
-def apply_flow(flow: Floats, start: Floats, end: Floats) -> None:
-    """Write the state of the blocks (N, 2) after a flow (N, 4) from start into end, which may be the same array."""
-    for j in range(start.shape[0]):
-        y, rate = start[j, 0], start[j, 1]
-        end[j, 0] = flow[j, 0] * y + flow[j, 1] * rate
-        end[j, 1] = flow[j, 2] * y + flow[j, 3] * rate
-
-
-@kernel
 def _locate_maximum(
-    problem: OrbitProblem,
-    interval: Interval,
-    size: float,
-    stop: float,
-    cell: IntervalPart,
-    concave: bool,
-    scratch: ContactScratch,
+    problem: OrbitProblem, interval: Interval, steady: float, cell: Cell, candidate: Candidate, scratch: ContactScratch
 ) -> float:
     """Return the angle of the maximum in a cell, or NaN if there is none except at an impact.
 
-    Parameters
-    ----------
-    concave : bool
-        The displacement toward the stop is concave in the cell. Otherwise the cell is too short to be halved, and the
-        maximum is taken to be in its middle.
+    `steady` is a bound of the steady motion. `states[0]` and `states[1]` of the scratch are the states after the impact
+    and at the beginning of the cell.
     """
     state, left_state, point_state = scratch.states[0], scratch.states[1], scratch.states[3]
-    at_left, at_point = scratch.values[0], scratch.values[2]
     left, right, end = cell.left, cell.right, interval.length
+    stop, noise = candidate.stop, candidate.noise
     # the contact leaves the stop of this impact, and returns to that of the next one
     at_start = left == 0.0 and stop == interval.stop
     at_end = right == end and stop == interval.next_stop
     point = 0.5 * (left + right)
-    if concave:
-        _evaluate_at(problem, size, left_state, interval.phase, left, at_left)
-        first = stop * at_left[1]
-        if first < 0.0 or (at_start and first <= cell.noise):
+    if candidate.concave:
+        first = stop * _evaluate_at(problem, steady, left_state, interval.phase, left).slope
+        if first < 0.0 or (at_start and first <= noise):
             return math.nan
         _advance(problem, state, right, point_state)
-        _evaluate_at(problem, size, point_state, interval.phase, right, at_point)
-        if stop * at_point[1] > (-cell.noise if at_end else 0.0):
+        last = stop * _evaluate_at(problem, steady, point_state, interval.phase, right).slope
+        if last > (-noise if at_end else 0.0):
             return math.nan
-        slope, second_derivative = cell.slope, cell.second_derivative
+        slope, second_derivative = candidate.slope, candidate.second_derivative
         low, high = left, right
         for _ in range(STEPS_TO_MAXIMUM):
             if slope > 0.0:
@@ -285,8 +299,8 @@ def _locate_maximum(
                 break
             point = following
             _advance(problem, state, point, point_state)
-            _evaluate_at(problem, size, point_state, interval.phase, point, at_point)
-            slope, second_derivative = stop * at_point[1], stop * at_point[2]
+            at_point = _evaluate_at(problem, steady, point_state, interval.phase, point)
+            slope, second_derivative = stop * at_point.slope, stop * at_point.second_derivative
     if (at_start or at_end) and min(point, end - point) <= MAXIMUM_AT_IMPACT * end:
         return math.nan
     return point
@@ -294,19 +308,10 @@ def _locate_maximum(
 
 @kernel
 def _search_cell(
-    problem: OrbitProblem,
-    interval: Interval,
-    size: Sizes,
-    left: float,
-    right: float,
-    best: Maximum,
-    scratch: ContactScratch,
+    problem: OrbitProblem, interval: Interval, size: Sizes, cell: Cell, best: Maximum, scratch: ContactScratch
 ) -> tuple[bool, Maximum]:
-    """Return whether a cell has to be halved, and the largest excess so far.
-
-    `states[1]` and `values[1]` of the scratch hold the state at the beginning of the cell and the values in its middle.
-    """
-    at_middle, point_state, at_point = scratch.values[1], scratch.states[3], scratch.values[2]
+    """Return whether a cell has to be halved, and the largest excess so far; the scratch is as in `_locate_maximum`."""
+    left, right, middle, point_state = cell.left, cell.right, cell.middle, scratch.states[3]
     radius = 0.5 * (right - left)
     third = third_derivative_bound(problem, size.third_derivative, scratch.states[1])
     halve = False
@@ -315,9 +320,9 @@ def _search_cell(
         limit = size.left if side == 1 else size.right
         if limit == math.inf:
             continue  # there is no such stop
-        noise = CONTACT_ROUNDOFF * (at_middle[3] + abs(limit))
-        value = stop * at_middle[0] - limit
-        slope, second_derivative = stop * at_middle[1], stop * at_middle[2]
+        noise = CONTACT_ROUNDOFF * (middle.terms + abs(limit))
+        value = stop * middle.value - limit
+        slope, second_derivative = stop * middle.slope, stop * middle.second_derivative
         upper = second_derivative + radius * third
         if value + radius * (abs(slope) + 0.5 * radius * max(upper, 0.0)) < best.excess - noise:
             continue  # below the largest so far
@@ -329,26 +334,21 @@ def _search_cell(
         if not (concave or right - left <= MIN_CONTACT_CELL * interval.length):
             halve = True
             continue
-        cell = IntervalPart(left, right, slope, second_derivative, noise)
-        point = _locate_maximum(problem, interval, size.steady, stop, cell, concave, scratch)
+        candidate = Candidate(stop, slope, second_derivative, noise, concave)
+        point = _locate_maximum(problem, interval, size.steady, cell, candidate, scratch)
         if math.isnan(point):
             continue
         _advance(problem, scratch.states[0], point, point_state)
-        _evaluate_at(problem, size.steady, point_state, interval.phase, point, at_point)
-        value = stop * at_point[0] - limit
+        at_point = _evaluate_at(problem, size.steady, point_state, interval.phase, point)
+        value = stop * at_point.value - limit
         if value > best.excess:
-            best = Maximum(value, interval.phase + point, int(stop), CONTACT_ROUNDOFF * (at_point[3] + abs(limit)))
+            best = Maximum(value, interval.phase + point, int(stop), CONTACT_ROUNDOFF * (at_point.terms + abs(limit)))
     return halve, best
 
 
 @kernel
 def _search_interval(
-    problem: OrbitProblem,
-    interval: Interval,
-    size: Sizes,
-    best: Maximum,
-    cells: int,
-    scratch: ContactScratch,
+    problem: OrbitProblem, interval: Interval, size: Sizes, best: Maximum, cells: int, scratch: ContactScratch
 ) -> tuple[int, Maximum]:
     """Search for maxima between two impacts; return the number of cells so far and the largest excess so far.
 
@@ -356,14 +356,11 @@ def _search_interval(
     up.
     """
     state, left_state, middle_state = scratch.states[0], scratch.states[1], scratch.states[2]
-    flow, stack, at_middle = scratch.cell_flow, scratch.stack, scratch.values[1]
+    flow, stack = scratch.cell_flow, scratch.stack
     end = interval.length
     parts = math.ceil(end * CONTACT_CELLS / math.pi)
-    for j in range(state.shape[0]):
-        left_state[j, 0], left_state[j, 1] = state[j, 0], state[j, 1]
-        flow[j, 0], flow[j, 1], flow[j, 2], flow[j, 3] = block_flow(
-            problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], 0.5 * end / (parts * problem.omega)
-        )
+    copy_matrix(left_state, state)
+    _write_flow(problem, 0.5 * end / (parts * problem.omega), flow)
     # sine and cosine in the middle of each cell are rotated from one to the next; cells that are halved compute theirs
     angle = end / parts
     sine, cosine = math.sin(interval.phase + 0.5 * angle), math.cos(interval.phase + 0.5 * angle)
@@ -386,10 +383,11 @@ def _search_interval(
                 _advance(problem, state, left, left_state)
                 _advance(problem, state, middle, middle_state)
                 here_sine, here_cosine = math.sin(interval.phase + middle), math.cos(interval.phase + middle)
-            _evaluate(problem, size.steady, middle_state, interval.phase, middle, here_sine, here_cosine, at_middle)
-            halve, best = _search_cell(problem, interval, size, left, right, best, scratch)
+            instant = Instant(interval.phase, middle, here_sine, here_cosine)
+            cell = Cell(left, right, _evaluate(problem, size.steady, middle_state, instant))
+            halve, best = _search_cell(problem, interval, size, cell, best, scratch)
             if halve:
-                if top + 2 > STACK:
+                if top + 2 > CELL_STACK:
                     return plain(_TOO_MANY), best
                 stack[top, 0], stack[top, 1] = middle, right
                 stack[top + 1, 0], stack[top + 1, 1] = left, middle
@@ -442,18 +440,14 @@ def further_contact_from(
     )
     for i in range(count):
         last = i == count - 1
-        length = phases[0] + problem.turn - phases[i] if last else phases[i + 1] - phases[i]
         next_stop = problem.sign * sides[0] if last else sides[i + 1]
-        interval = Interval(phases[i], length, sides[i], next_stop)
+        interval = Interval(phases[i], next_phase(problem, phases, i) - phases[i], sides[i], next_stop)
         cells, best = _search_interval(problem, interval, size, best, cells, scratch)
         if cells == _TOO_MANY:
             return GIVEN_UP, math.inf, math.nan, 0
         if not last:
             apply_flow(flow_between[i], state, state)
-            impulse = -rebound_of(stops, sides[i + 1]) * problem.omega * speeds[i + 1]
-            for j in range(state.shape[0]):
-                state[j, 0] += impulse * problem.unit_impulse[j, 0]
-                state[j, 1] += impulse * problem.unit_impulse[j, 1]
+            add_impulse(problem, impacts, i + 1, 1.0, state)
     excess = best.excess if best.stop != 0 else -math.inf
     status = NO_FURTHER_CONTACT
     for i in range(count):
@@ -466,13 +460,16 @@ def further_contact_from(
 
 @kernel
 def further_contact(
-    problem: OrbitProblem, impacts: OrbitImpacts, floor: float, flow_between: Floats, scratch: ContactScratch
+    problem: OrbitProblem, impacts: OrbitImpacts, floor: float, scratch: ContactScratch
 ) -> tuple[int, float, float, int]:
-    """Return the same as `further_contact_from`, from the impacts alone; flow_between is overwritten."""
+    """Return the same as `further_contact_from`, from the impacts alone."""
     problem, impacts, scratch = reference(problem), reference(impacts), reference(scratch)
-    _flows_between_impacts(problem, impacts.phases, flow_between)
+    phases = impacts.phases
+    for i in range(phases.shape[0]):
+        time = (next_phase(problem, phases, i) - phases[i]) / problem.omega
+        _write_flow(problem, time, scratch.flow_between[i])
     _state_after_first_impact(problem, impacts, scratch.states[0])
-    return further_contact_from(problem, impacts, floor, flow_between, scratch)
+    return further_contact_from(problem, impacts, floor, scratch.flow_between, scratch)
 
 
 @kernel
@@ -484,9 +481,9 @@ def excess_after_first_impact(
     Both are in units of length.
     """
     problem, impacts, scratch = reference(problem), reference(impacts), reference(scratch)
-    state, values = scratch.states[3], scratch.values[2]
+    state = scratch.states[3]
     _state_after_first_impact(problem, impacts, scratch.states[0])
     _advance(problem, scratch.states[0], angle, state)
-    _evaluate_at(problem, steady_bound(problem, 0), state, impacts.phases[0], angle, values)
+    at_angle = _evaluate_at(problem, steady_bound(problem, 0), state, impacts.phases[0], angle)
     limit = gap_of(impacts.stops, stop) / problem.length
-    return stop * values[0] - limit, CONTACT_ROUNDOFF * (values[3] + abs(limit))
+    return stop * at_angle.value - limit, CONTACT_ROUNDOFF * (at_angle.terms + abs(limit))

@@ -6,12 +6,18 @@ import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.numerics.jit.compiled import copy_matrix, kernel
 from grazemap_core.numerics.jit.record_references import reference
 from grazemap_core.orbits.kernels.admissibility import GIVEN_UP, ContactScratch, contact_scratch, further_contact
 from grazemap_core.orbits.kernels.equations import OrbitImpacts, OrbitProblem
 from grazemap_core.orbits.kernels.multipliers import orbit_multipliers
-from grazemap_core.orbits.kernels.newton import CONVERGED, NewtonScratch, newton_kantorovich, solve_orbit
+from grazemap_core.orbits.kernels.newton import (
+    CONVERGED,
+    NewtonScratch,
+    newton_kantorovich,
+    newton_scratch,
+    solve_orbit,
+)
 from grazemap_core.records import NamedTuple
 
 
@@ -49,8 +55,6 @@ class OrbitScratch(NamedTuple):
 
     newton: NewtonScratch
     """For Newton's method."""
-    flow_between: Floats
-    """(k, N, 4) Each block's flow from every impact to the next one."""
     contact: ContactScratch
     """For the search for contacts."""
     matrix: Floats
@@ -77,19 +81,9 @@ def orbit_results(orbits: int, impacts: int, blocks: int) -> OrbitResults:
 
 def orbit_scratch(impacts: int, blocks: int) -> OrbitScratch:
     """Return scratch for orbits of `impacts` impacts."""
-    size = 2 * impacts
-    newton = NewtonScratch(
-        residual=np.zeros(size),
-        jacobian=np.zeros((size, size + 1)),
-        system=np.zeros((size, 2 * size + 1)),
-        step=np.zeros((2, impacts)),
-        trial=np.zeros((2, impacts)),
-        before=np.zeros((impacts, 3)),
-    )
     return OrbitScratch(
-        newton=newton,
-        flow_between=np.zeros((impacts, blocks, 4)),
-        contact=contact_scratch(blocks),
+        newton=newton_scratch(impacts),
+        contact=contact_scratch(impacts, blocks),
         matrix=np.zeros((2 * blocks, 2 * blocks)),
     )
 
@@ -119,7 +113,7 @@ def solve_orbits(
         does not converge.
     """
     problem, results, scratch = reference(problem), reference(results), reference(scratch)
-    work = scratch.newton
+    newton = scratch.newton
     stops, sides, phases, speeds = impacts.stops, impacts.sides, impacts.phases, impacts.speeds
     for i in range(gaps.shape[0]):
         orbit_stops = Stops(
@@ -133,25 +127,14 @@ def solve_orbits(
             stops.symmetric,
         )
         orbit = reference(OrbitImpacts(orbit_stops, sides, phases[i], speeds[i]))
-        status, steps, residual, terms = solve_orbit(problem, orbit, work)
+        status, steps, residual, terms = solve_orbit(problem, orbit, newton)
         results.status[i], results.steps[i], results.residual[i] = status, steps, residual
         results.contact_status[i] = GIVEN_UP
         if status != CONVERGED:
             continue
-        results.kantorovich[i], results.radius[i] = newton_kantorovich(problem, orbit, terms, work)
-        contact_status, excess, excess_phase, excess_stop = further_contact(
-            problem, orbit, floor, scratch.flow_between, scratch.contact
-        )
+        results.kantorovich[i], results.radius[i] = newton_kantorovich(problem, orbit, terms, newton)
+        contact_status, excess, excess_phase, excess_stop = further_contact(problem, orbit, floor, scratch.contact)
         results.contact_status[i], results.excess_stop[i] = contact_status, excess_stop
         results.excess[i], results.excess_phase[i] = excess, excess_phase
-        orbit_multipliers(
-            problem,
-            orbit,
-            work.before,
-            scratch.matrix,
-            results.real[i],
-            results.imaginary[i],
-        )
-        for k in range(sides.shape[0]):
-            for column in range(3):
-                results.before[i, k, column] = work.before[k, column]
+        orbit_multipliers(problem, orbit, newton.before, scratch.matrix, results.real[i], results.imaginary[i])
+        copy_matrix(results.before[i], newton.before)

@@ -31,7 +31,6 @@ from grazemap_core.numerics.kernels.dense import add_transposed_product, cholesk
 from grazemap_core.orbits import tolerances
 from grazemap_core.orbits.kernels.admissibility import third_derivative_bound
 from grazemap_core.orbits.kernels.equations import (
-    OrbitImpacts,
     OrbitProblem,
     highest_order,
     rebound_of,
@@ -39,16 +38,11 @@ from grazemap_core.orbits.kernels.equations import (
     steady_motion,
 )
 from grazemap_core.orbits.kernels.multipliers import block_scale
-from grazemap_core.orbits.kernels.shooting import Shooting
+from grazemap_core.orbits.kernels.shooting import ShotOrbit
 from grazemap_core.records import NamedTuple
 
-BORN = 3
+IMPACT_COLUMNS = 3
 """Columns that every impact adds: the directions of its terms of second order."""
-
-
-SECOND_ORDER = 16.0
-"""The time by which an impact may move, times the stiffest block's rate, is below the inverse of this. The terms of
-third order are then a few percent of those of second order, which are enlarged by as much."""
 
 
 class CaptureScratch(NamedTuple):
@@ -56,6 +50,8 @@ class CaptureScratch(NamedTuple):
 
     arrival: Floats
     """(N, 2) An input: the state of the trajectory at phase 0 of the orbit, in the coordinates of `CellProblem`."""
+    matrix: Floats
+    """(2 N, 2 N) An input: the Floquet matrix before the first impact, in balanced block coordinates."""
     scales: Floats
     """(2 N,) Units of the rows of a difference, in which the norm is expressed."""
     form: Floats
@@ -86,9 +82,10 @@ class CaptureScratch(NamedTuple):
 def capture_scratch(count: int, blocks: int) -> CaptureScratch:
     """Return scratch for up to `count` impacts."""
     size = 2 * blocks
-    columns = size + BORN * count
+    columns = size + IMPACT_COLUMNS * count
     return CaptureScratch(
         arrival=np.zeros((blocks, 2)),
+        matrix=np.zeros((size, size)),
         scales=np.zeros(size),
         form=np.zeros((size, size)),
         norm=np.zeros((size, size)),
@@ -198,12 +195,12 @@ def _place_ball(radius: float, scratch: CaptureScratch, columns: Floats) -> None
 
 
 @any_order_kernel
-def _largest_sum(values: Floats, axes: int, born: int) -> float:
+def _largest_sum(values: Floats, axes: int, used: int) -> float:
     """Return the maximum, over the ball, of a linear form with a value for every column; the first `axes` are axes."""
     squares, others = 0.0, 0.0
     for c in range(axes):
         squares += values[c] * values[c]
-    for c in range(axes, born):
+    for c in range(axes, used):
         others += abs(values[c])
     return math.sqrt(squares) + others
 
@@ -222,23 +219,23 @@ class _Reach(NamedTuple):
 
 
 @fused_kernel
-def _sizes_of_block(frequency: float, above: Floats, below: Floats, born: int, size: Floats) -> None:
+def _sizes_of_block(frequency: float, above: Floats, below: Floats, used: int, size: Floats) -> None:
     """Write the amplitude of a block for every column, whose displacements and velocities are above and below."""
     slower = 1.0 / frequency
-    for c in range(born):
+    for c in range(used):
         y, rate = above[c], slower * below[c]
         size[c] = math.sqrt(y * y + rate * rate)
 
 
 @fused_kernel
-def _reach_of(problem: OrbitProblem, columns: Floats, born: int, size: Floats) -> _Reach:
+def _reach_of(problem: OrbitProblem, columns: Floats, used: int, size: Floats) -> _Reach:
     """Return bounds for all times until the next impact, from the energies of the blocks, which do not increase."""
     displacement, velocity, acceleration, jerk, omega = 0.0, 0.0, 0.0, 0.0, problem.omega
     axes = 2 * problem.decay.shape[0]
     for j in range(problem.decay.shape[0]):
         frequency = problem.frequency[j]
-        _sizes_of_block(frequency, columns[2 * j], columns[2 * j + 1], born, size)
-        energy = _largest_sum(size, axes, born)
+        _sizes_of_block(frequency, columns[2 * j], columns[2 * j + 1], used, size)
+        energy = _largest_sum(size, axes, used)
         displacement += energy
         velocity += frequency * energy
         stiffness = frequency + 2.0 * problem.decay[j]
@@ -286,16 +283,10 @@ def _flight_ratio(speed: float, acceleration: float, jerk: float, reach: float, 
 
 
 @fused_kernel
-def _distance_from_orbit(
-    problem: CellProblem,
-    orbit: OrbitProblem,
-    phase: float,
-    uncertainty: float,
-    shooting: Shooting,
-    scratch: CaptureScratch,
-) -> float:
-    """Return a bound on the distance of the trajectory from the orbit before the orbit's first impact, at `phase`."""
+def _distance_from_orbit(problem: CellProblem, shot: ShotOrbit, uncertainty: float, scratch: CaptureScratch) -> float:
+    """Return a bound on the distance of the trajectory from the orbit before the orbit's first impact."""
     norm, scales, difference = scratch.norm, scratch.scales, scratch.displacement
+    orbit, phase, state = shot.problem, shot.impacts.phases[0], shot.shooting.state
     row = problem.output_row
     for j in range(row.shape[0]):
         e11, e12, e21, e22 = block_flow(
@@ -305,8 +296,8 @@ def _distance_from_orbit(
         second = e21 * scratch.arrival[j, 0] + e22 * scratch.arrival[j, 1]
         y = (row[j, 0] * first + row[j, 1] * second) / orbit.length
         velocity = (row[j, 2] * first + row[j, 3] * second) / orbit.length
-        difference[2 * j] = scales[2 * j] * (y - shooting.state[0, j, 0])
-        difference[2 * j + 1] = scales[2 * j + 1] * (velocity - shooting.state[0, j, 1])
+        difference[2 * j] = scales[2 * j] * (y - state[0, j, 0])
+        difference[2 * j + 1] = scales[2 * j + 1] * (velocity - state[0, j, 1])
     total = 0.0
     for m in range(norm.shape[0]):
         value, error = 0.0, 0.0
@@ -329,39 +320,39 @@ def _jerk_at(problem: OrbitProblem, phase: float, state: Floats) -> float:
     return abs(total)
 
 
+class _PassedImpact(NamedTuple):
+    """An impact of the orbit, and how the trajectory may differ there."""
+
+    rebound: float
+    """1 + R of its stop."""
+    speed: float
+    """Speed toward the stop, > 0."""
+    acceleration: float
+    """Acceleration toward the stop, just before the impact."""
+    jerk: float
+    """Modulus of the derivative of the acceleration."""
+    snap: float
+    """Bound on the derivative of the jerk."""
+    moved: float
+    """Bound on the change of the time of the impact."""
+    changes: _Reach
+    """Changes over the ball at that time; the jerk holds for all times."""
+
+
 @fused_kernel
-def _add_second_order(
-    problem: OrbitProblem,
-    impacts: OrbitImpacts,
-    i: int,
-    moved: float,
-    toward: float,
-    jerk: float,
-    snap: float,
-    at: _Reach,
-    columns: Floats,
-) -> float:
-    """Write the terms of second order of impact i into its three columns; return the ratio up to which they are known.
+def _add_second_order(problem: OrbitProblem, impact: _PassedImpact, columns: Floats, used: int) -> float:
+    """Write the terms of second order of an impact into three columns; return the ratio up to which they are known.
 
     The impact is later by ``t``, and its speed is ``w`` instead of ``v``. The terms are those of
     ``w exp(-T t) k - v k`` that the saltation matrix does not have, with k the unit impulse and T the blocks'
     generator: ``(w - w_1) k``, ``(a + da) t^2/2 T k`` and ``w t^2/2 T^2 k``. In the second one the changes of the
-    velocity cancel. Each is bounded, with what follows it in the Taylor series.
-
-    Parameters
-    ----------
-    moved : float
-        Bound on the change of the impact's time.
-    toward, jerk : float
-        At impact i of the orbit: acceleration toward the stop, and modulus of its derivative, whose own
-        derivative is at most `snap`.
-    at : _Reach
-        Changes over the ball at that time; the jerk holds for all times.
+    velocity cancel. Each is bounded, with what follows it in the Taylor series. The columns are the next ones after the
+    first `used`.
     """
-    omega, stop = problem.omega, impacts.sides[i]
-    rebound, speed = rebound_of(impacts.stops, stop), stop * impacts.speeds[i]
-    bent = abs(toward)
-    sharper, changed = jerk + snap * moved, at.acceleration + at.jerk * moved
+    omega, at = problem.omega, impact.changes
+    rebound, speed, jerk, moved = impact.rebound, impact.speed, impact.jerk, impact.moved
+    bent = abs(impact.acceleration)
+    sharper, changed = jerk + impact.snap * moved, at.acceleration + at.jerk * moved
     half_square = 0.5 * moved * moved
     late = ((bent + changed) * half_square + at.velocity * moved + sharper * half_square * moved / 3.0) / speed
     of_impulse = rebound * omega * (bent * late + (sharper + at.jerk) * half_square + at.acceleration * moved)
@@ -371,33 +362,29 @@ def _add_second_order(
         stiffest = max(stiffest, (problem.frequency[j] + 2.0 * problem.decay[j]) / omega)
     strongest = speed + at.velocity + (bent + changed) * moved
     of_second = rebound / omega * strongest * half_square * (1.0 + stiffest * moved)
-    born = 2 * problem.decay.shape[0] + BORN * i
     for j in range(problem.decay.shape[0]):
         square, twice = problem.frequency_squared[j], 2.0 * problem.decay[j]
         impulse, first = problem.unit_impulse[j, 0], problem.unit_impulse[j, 1]
         second = -square * impulse - twice * first
-        columns[2 * j, born], columns[2 * j + 1, born] = of_impulse * impulse, of_impulse * first
-        columns[2 * j, born + 1], columns[2 * j + 1, born + 1] = of_first * first, of_first * second
+        columns[2 * j, used], columns[2 * j + 1, used] = of_impulse * impulse, of_impulse * first
+        columns[2 * j, used + 1], columns[2 * j + 1, used + 1] = of_first * first, of_first * second
         third = -square * first - twice * second
-        columns[2 * j, born + 2], columns[2 * j + 1, born + 2] = of_second * second, of_second * third
-    return SECOND_ORDER * stiffest * moved
+        columns[2 * j, used + 2], columns[2 * j + 1, used + 2] = of_second * second, of_second * third
+    return tolerances.SECOND_ORDER * stiffest * moved
 
 
 @fused_kernel
 def _pass_impact(
-    problem: OrbitProblem,
-    rebound: float,
-    speed: float,
-    acceleration: float,
-    columns: Floats,
-    born: int,
-    scratch: CaptureScratch,
+    problem: OrbitProblem, impact: _PassedImpact, columns: Floats, used: int, scratch: CaptureScratch
 ) -> None:
-    """Change the columns by the saltation matrix of an impact; `displacement` and `velocity` hold those of q."""
-    omega = problem.omega
+    """Change the columns by the saltation matrix of an impact; `displacement` and `velocity` hold those of q.
+
+    Speed and acceleration are those toward the stop: with those of q, on the left stop, the two signs would cancel.
+    """
+    omega, rebound, speed, acceleration = problem.omega, impact.rebound, impact.speed, impact.acceleration
     displacement, velocity = scratch.displacement, scratch.velocity
     sooner = -1.0 / speed
-    for c in range(born):
+    for c in range(used):
         later = sooner * displacement[c]
         displacement[c] = rebound * speed * later
         velocity[c] = -rebound * omega * (velocity[c] + acceleration * later)
@@ -405,34 +392,34 @@ def _pass_impact(
         impulse, first = problem.unit_impulse[j, 0], problem.unit_impulse[j, 1]
         second = -problem.frequency_squared[j] * impulse - 2.0 * problem.decay[j] * first
         above, below = columns[2 * j], columns[2 * j + 1]
-        for c in range(born):
+        for c in range(used):
             above[c] += velocity[c] * impulse + displacement[c] * first
             below[c] += velocity[c] * first + displacement[c] * second
 
 
 @fused_kernel
-def _pass_flight(flow: Floats, columns: Floats, born: int) -> None:
+def _pass_flight(flow: Floats, columns: Floats, used: int) -> None:
     """Carry the columns over a flight, whose flow (N, 4) is given."""
     for j in range(flow.shape[0]):
         e11, e12, e21, e22 = flow[j, 0], flow[j, 1], flow[j, 2], flow[j, 3]
         above, below = columns[2 * j], columns[2 * j + 1]
-        for c in range(born):
+        for c in range(used):
             y, rate = above[c], below[c]
             above[c] = e11 * y + e12 * rate
             below[c] = e21 * y + e22 * rate
 
 
 @fused_kernel
-def _write_outputs(problem: OrbitProblem, columns: Floats, born: int, scratch: CaptureScratch) -> None:
+def _write_outputs(problem: OrbitProblem, columns: Floats, used: int, scratch: CaptureScratch) -> None:
     """Write the displacement, velocity and acceleration of the contact that every column stands for."""
     omega, slower = problem.omega, 1.0 / problem.omega
     displacement, velocity, acceleration = scratch.displacement, scratch.velocity, scratch.acceleration
-    for c in range(born):
+    for c in range(used):
         displacement[c], velocity[c], acceleration[c] = 0.0, 0.0, 0.0
     for j in range(problem.decay.shape[0]):
         square, twice = problem.frequency_squared[j] / (omega * omega), 2.0 * problem.decay[j] / omega
         above, below = columns[2 * j], columns[2 * j + 1]
-        for c in range(born):
+        for c in range(used):
             y, rate = above[c], slower * below[c]
             displacement[c] += y
             velocity[c] += rate
@@ -440,30 +427,25 @@ def _write_outputs(problem: OrbitProblem, columns: Floats, born: int, scratch: C
 
 
 @fused_kernel
-def _pass_return(
-    problem: OrbitProblem,
-    impacts: OrbitImpacts,
-    columns: Floats,
-    shooting: Shooting,
-    scratch: CaptureScratch,
-) -> tuple[float, float]:
+def _pass_return(orbit: ShotOrbit, columns: Floats, scratch: CaptureScratch) -> tuple[float, float]:
     """Carry the ball over one return; return the largest ratio and the largest change of the contact's displacement."""
+    problem, impacts, shooting = orbit.problem, orbit.impacts, orbit.shooting
     stops, sides, phases, speeds = impacts.stops, impacts.sides, impacts.phases, impacts.speeds
     count, blocks = sides.shape[0], problem.decay.shape[0]
     omega, axes = problem.omega, 2 * blocks
-    born = axes
+    used = axes
     displacement, velocity, acceleration = scratch.displacement, scratch.velocity, scratch.acceleration
     steady = steady_bound(problem, 3)
     ratio, farthest, stiffest = 0.0, 0.0, highest_order(problem)
     for j in range(blocks):
         stiffest = max(stiffest, (problem.frequency[j] + 2.0 * problem.decay[j]) / omega)
     for i in range(count):
-        _write_outputs(problem, columns, born, scratch)
+        _write_outputs(problem, columns, used, scratch)
         at = _Reach(
-            _largest_sum(displacement, axes, born),
-            _largest_sum(velocity, axes, born),
-            _largest_sum(acceleration, axes, born),
-            _reach_of(problem, columns, born, scratch.size).jerk,
+            _largest_sum(displacement, axes, used),
+            _largest_sum(velocity, axes, used),
+            _largest_sum(acceleration, axes, used),
+            _reach_of(problem, columns, used, scratch.size).jerk,
         )
         speed, toward = sides[i] * speeds[i], sides[i] * shooting.before[i, 2]
         jerk = _jerk_at(problem, phases[i], shooting.state[i])
@@ -474,11 +456,12 @@ def _pass_return(
         ratio = max(ratio, _impact_ratio(speed, bent, at.displacement, at.velocity))
         moved = _time_moved(speed, bent, at.displacement, at.velocity)
         rebound = rebound_of(stops, sides[i])
-        _pass_impact(problem, rebound, speeds[i], shooting.before[i, 2], columns, born, scratch)
-        born += BORN
-        ratio = max(ratio, _add_second_order(problem, impacts, i, moved, toward, jerk, snap, at, columns))
+        impact = _PassedImpact(rebound, speed, toward, jerk, snap, moved, at)
+        _pass_impact(problem, impact, columns, used, scratch)
+        ratio = max(ratio, _add_second_order(problem, impact, columns, used))
+        used += IMPACT_COLUMNS
         # the flight to the next impact
-        flight = _reach_of(problem, columns, born, scratch.size)
+        flight = _reach_of(problem, columns, used, scratch.size)
         farthest = max(farthest, flight.displacement)
         impulse = -rebound * omega * speeds[i]
         after = toward
@@ -496,62 +479,55 @@ def _pass_return(
         following = i + 1 if i + 1 < count else 0
         arriving, toward = abs(speeds[following]), sides[following] * shooting.before[following, 2]
         ratio = max(ratio, _flight_ratio(arriving, max(toward, 0.0), jerk, flight.displacement, flight.velocity))
-        _pass_flight(shooting.flow[i], columns, born)
+        _pass_flight(shooting.flow[i], columns, used)
     return ratio, farthest
 
 
 @kernel
 def capture_ratio(
-    problem: CellProblem,
-    orbit: OrbitProblem,
-    impacts: OrbitImpacts,
-    uncertainty: float,
-    matrix: Floats,
-    multiplier: float,
-    shooting: Shooting,
-    scratch: CaptureScratch,
+    problem: CellProblem, shot: ShotOrbit, multiplier: float, uncertainty: float, scratch: CaptureScratch
 ) -> tuple[float, float, float]:
     """Return whether a trajectory is captured by a stable orbit, as far as impacts and convergence decide it.
 
     Parameters
     ----------
+    shot : ShotOrbit
+        The orbit.
+    multiplier : float
+        Spectral radius of `matrix`, < 1.
     uncertainty : float
         Bound on the distance of the numbers from the orbit, as a displacement of the contact.
-    matrix, multiplier : (2 N, 2 N), float
-        The Floquet matrix before the first impact, in balanced block coordinates, and its spectral radius.
-    shooting : Shooting
-        `shoot` and `solve_step` were called with the orbit.
     scratch : CaptureScratch
-        `arrival` is the state of the trajectory.
+        With `arrival` and `matrix`.
 
     Returns
     -------
     ratio : float
         Below 1: captured. Otherwise the factor, to leading order, by which its distance from the orbit is too large.
     reach : float
-        Largest change of q over the ball: the orbit's other extrema have to be farther from the
-        stops.
+        Largest change of q over the ball: the orbit's other extrema have to be farther from the stops.
     share : float
         Radius of that ball over the distance of the trajectory from the orbit: 1 where the trajectory is captured, less
         where only a smaller ball is.
     """
+    orbit, impacts = shot.problem, shot.impacts
     size = 2 * orbit.decay.shape[0]
     rate = multiplier + tolerances.CAPTURE_MARGIN * (1.0 - multiplier)
     for i in range(impacts.sides.shape[0]):
         if not restitution_of(impacts.stops, impacts.sides[i]) > 0.0:
             return math.inf, 0.0, 1.0
-    if not contracting_norm(matrix, rate, scratch):
+    if not contracting_norm(scratch.matrix, rate, scratch):
         return math.inf, 0.0, 1.0
     for j in range(orbit.decay.shape[0]):
         scale = block_scale(orbit, j)
         scratch.scales[2 * j], scratch.scales[2 * j + 1] = orbit.frequency[j] / scale, 1.0 / scale
-    radius = _distance_from_orbit(problem, orbit, impacts.phases[0], uncertainty, shooting, scratch)
-    width = size + BORN * impacts.sides.shape[0]
+    radius = _distance_from_orbit(problem, shot, uncertainty, scratch)
+    width = size + IMPACT_COLUMNS * impacts.sides.shape[0]
     columns = scratch.columns[: size * width].reshape((size, width))
     share = 1.0
     for _ in range(tolerances.CAPTURE_TRIALS):
         _place_ball(share * radius, scratch, columns)
-        ratio, reach = _pass_return(orbit, impacts, columns, shooting, scratch)
+        ratio, reach = _pass_return(shot, columns, scratch)
         if ratio < 1.0:
             longer = 0.0
             for c in range(size, width):

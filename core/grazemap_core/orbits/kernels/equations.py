@@ -15,7 +15,7 @@ import math
 
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels.stops import Stops, gap_of, restitution_of
-from grazemap_core.model.kernels.block_flow import block_flow
+from grazemap_core.model.kernels.block_flow import advance_block, block_flow
 from grazemap_core.numerics.jit.compiled import inlined, inlined_formula, kernel
 from grazemap_core.records import NamedTuple
 
@@ -130,6 +130,13 @@ def highest_order(problem: OrbitProblem) -> float:
 def rebound_of(stops: Stops, stop: float) -> float:
     """Return 1 + R of a stop: the change of the velocity by an impact, in units of the velocity before it."""
     return 1.0 + restitution_of(stops, stop)
+
+
+@inlined_formula
+def next_phase(problem: OrbitProblem, phases: Floats, i: int) -> float:
+    """Return the phase of the impact after impact i; after the last one, that of the first impact of the next span."""
+    following: float = phases[i + 1] if i + 1 < phases.shape[0] else phases[0] + problem.turn
+    return following
 
 
 @kernel
@@ -255,9 +262,7 @@ def assemble_doubled(problem: OrbitProblem, impacts: OrbitImpacts, before: Float
             value, slope, second_derivative = 0.0, 0.0, 0.0
             for j in range(problem.decay.shape[0]):
                 square, twice = problem.frequency_squared[j], 2.0 * problem.decay[j]
-                e11, e12, e21, e22 = block_flow(problem.decay[j], problem.discriminant[j], square, time)
-                first, second = problem.doubled_impulse[j, 0], problem.doubled_impulse[j, 1]
-                y, rate = e11 * first + e12 * second, e21 * first + e22 * second
+                y, rate = advance_block(problem, j, problem.doubled_impulse[j, 0], problem.doubled_impulse[j, 1], time)
                 value += y
                 slope += rate
                 second_derivative -= square * y + twice * rate

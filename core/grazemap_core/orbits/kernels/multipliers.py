@@ -16,7 +16,7 @@ from grazemap_core.arrays import Floats
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.numerics.kernels.eigenvalues import QR_CONVERGED, eigenvalues
-from grazemap_core.orbits.kernels.equations import OrbitImpacts, OrbitProblem, rebound_of
+from grazemap_core.orbits.kernels.equations import OrbitImpacts, OrbitProblem, next_phase, rebound_of
 
 
 @kernel
@@ -47,8 +47,7 @@ def monodromy_matrix(problem: OrbitProblem, impacts: OrbitImpacts, before: Float
         for column in range(size):
             matrix[row, column] = problem.sign if row == column else 0.0
     for i in range(count):
-        end = phases[0] + problem.turn if i == count - 1 else phases[i + 1]
-        time = (end - phases[i]) / problem.omega
+        time = (next_phase(problem, phases, i) - phases[i]) / problem.omega
         rebound, pull = rebound_of(stops, sides[i]), problem.omega * before[i, 2] / speeds[i]
         for column in range(size):
             place, rate = 0.0, 0.0
@@ -77,11 +76,9 @@ def orbit_multipliers(
     matrix: Floats,
     real: Floats,
     imaginary: Floats,
-) -> bool:
-    """Write the multipliers into real (2N,) and imaginary (2N,); NaN, and return False, where one overflows."""
+) -> None:
+    """Write the multipliers into real (2N,) and imaginary (2N,); NaN where one overflows."""
     monodromy_matrix(problem, impacts, before, matrix)
-    if eigenvalues(matrix, real, imaginary) == QR_CONVERGED:
-        return True
-    for i in range(real.shape[0]):
-        real[i], imaginary[i] = math.nan, math.nan
-    return False
+    if eigenvalues(matrix, real, imaginary) != QR_CONVERGED:
+        for i in range(real.shape[0]):
+            real[i], imaginary[i] = math.nan, math.nan

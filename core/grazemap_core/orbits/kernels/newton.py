@@ -34,7 +34,7 @@ near which there is no orbit."""
 
 
 class NewtonScratch(NamedTuple):
-    """Scratch for k impacts and N blocks."""
+    """Scratch for k impacts."""
 
     residual: Floats
     """(2 k,) Residuals of the equations."""
@@ -48,6 +48,19 @@ class NewtonScratch(NamedTuple):
     """(2, k) Phases and speeds after the step."""
     before: Floats
     """(k, 3) Displacement, velocity and acceleration of the contact before every impact."""
+
+
+def newton_scratch(impacts: int) -> NewtonScratch:
+    """Return scratch for orbits of `impacts` impacts."""
+    size = 2 * impacts
+    return NewtonScratch(
+        residual=np.zeros(size),
+        jacobian=np.zeros((size, size + 1)),
+        system=np.zeros((size, 2 * size + 1)),
+        step=np.zeros((2, impacts)),
+        trial=np.zeros((2, impacts)),
+        before=np.zeros((impacts, 3)),
+    )
 
 
 @kernel
@@ -74,7 +87,7 @@ def allowed_share(problem: OrbitProblem, phases: Floats, step: Floats) -> float:
 
 
 @kernel
-def solve_orbit(problem: OrbitProblem, impacts: OrbitImpacts, work: NewtonScratch) -> tuple[int, int, float, float]:
+def solve_orbit(problem: OrbitProblem, impacts: OrbitImpacts, scratch: NewtonScratch) -> tuple[int, int, float, float]:
     """Solve for the motion near a guess of the phases and speeds of its impacts, in place.
 
     At a saddle-node the Jacobian is singular, and round-off in the residual makes a step of any length and direction.
@@ -88,15 +101,15 @@ def solve_orbit(problem: OrbitProblem, impacts: OrbitImpacts, work: NewtonScratc
     residual : float
         Largest residual, in units of length.
     terms : float
-        As `assemble` returns it. After convergence `work` holds residual, Jacobian and states of the motion.
+        As `assemble` returns it. After convergence `scratch` holds residual, Jacobian and states of the motion.
     """
     phases, speeds = impacts.phases, impacts.speeds
     count = phases.shape[0]
     size = 2 * count
-    jacobian, system, step, trial = work.jacobian, work.system, work.step, work.trial
+    jacobian, system, step, trial = scratch.jacobian, scratch.system, scratch.step, scratch.trial
     tried = reference(OrbitImpacts(impacts.stops, impacts.sides, trial[0], trial[1]))
-    terms = assemble(problem, impacts, work.residual, jacobian, work.before)
-    norm = _norm(work.residual)
+    terms = assemble(problem, impacts, scratch.residual, jacobian, scratch.before)
+    norm = _norm(scratch.residual)
     shortened = 0
     settled = False
     for steps in range(tolerances.ORBIT_NEWTON_STEPS):
@@ -108,7 +121,7 @@ def solve_orbit(problem: OrbitProblem, impacts: OrbitImpacts, work: NewtonScratc
         for i in range(size):
             for j in range(size):
                 system[i, j] = jacobian[i, j]
-            system[i, size] = -work.residual[i]
+            system[i, size] = -scratch.residual[i]
         solved = norm <= RESPONSE_ROUNDOFF * terms
         if eliminate(system[:, : size + 1], size) == 0.0:
             return CONVERGED if solved else SINGULAR, steps, norm, terms
@@ -129,8 +142,8 @@ def solve_orbit(problem: OrbitProblem, impacts: OrbitImpacts, work: NewtonScratc
             for i in range(count):
                 trial[0, i] = phases[i] + share * step[0, i]
                 trial[1, i] = speeds[i] + share * step[1, i]
-            terms = assemble(problem, tried, work.residual, jacobian, work.before)
-            norm = _norm(work.residual)
+            terms = assemble(problem, tried, scratch.residual, jacobian, scratch.before)
+            norm = _norm(scratch.residual)
             if norm < before or norm <= RESPONSE_ROUNDOFF * terms:
                 break
             share *= 0.5
@@ -146,20 +159,20 @@ def solve_orbit(problem: OrbitProblem, impacts: OrbitImpacts, work: NewtonScratc
 
 @kernel
 def newton_kantorovich(
-    problem: OrbitProblem, impacts: OrbitImpacts, terms: float, work: NewtonScratch
+    problem: OrbitProblem, impacts: OrbitImpacts, terms: float, scratch: NewtonScratch
 ) -> tuple[float, float]:
     """Return the Newton-Kantorovich quantity ``b s L`` and the radius 2 s; infinity for a singular Jacobian.
 
-    `work` is as `solve_orbit` or `assemble` leaves it; `terms` is what `assemble` returns.
+    `scratch` is as `solve_orbit` or `assemble` leaves it; `terms` is what `assemble` returns.
     """
     size = 2 * impacts.speeds.shape[0]
-    system = work.system
+    system = scratch.system
     noise = RESPONSE_ROUNDOFF * terms
     for i in range(size):
         for j in range(size):
-            system[i, j] = work.jacobian[i, j]
+            system[i, j] = scratch.jacobian[i, j]
             system[i, size + 1 + j] = 1.0 if i == j else 0.0
-        system[i, size] = work.residual[i]
+        system[i, size] = scratch.residual[i]
     if eliminate(system, size) == 0.0:
         return np.inf, np.inf
     inverse, step = 0.0, 0.0

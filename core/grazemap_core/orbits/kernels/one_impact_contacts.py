@@ -22,16 +22,24 @@ from grazemap_core.orbits.kernels.admissibility import (
     further_contact,
 )
 from grazemap_core.orbits.kernels.equations import OrbitImpacts, OrbitProblem, sum_of_harmonics
-from grazemap_core.orbits.tolerances import MAXIMUM_ACCURACY, STEPS_TO_ADMISSIBLE
+from grazemap_core.orbits.tolerances import MAXIMUM_ACCURACY, ORBIT_FLOOR, PHASE_HALVINGS, STEPS_TO_ADMISSIBLE
 from grazemap_core.records import NamedTuple
 
-_HALVINGS = 64
-"""Maximum number of bisection steps between two phases: 53 reach round-off."""
+
+class StopGap(NamedTuple):
+    """The gap of a stop as a function of that of the stop of the impact: ``fixed + by_gap gap``."""
+
+    fixed: float
+    """The gap where `by_gap` is 0; infinite for an absent stop."""
+    by_gap: float = 0.0
+    """Change of the gap by that of the stop of the impact."""
 
 
 class OneImpactMotions(NamedTuple):
     """Orbits with one impact in a span, as functions of its phase."""
 
+    problem: OrbitProblem
+    """Their equations."""
     speed: Floats
     """(H, 2) Real and imaginary parts of the amplitudes of the impact speed, in units of omega times length."""
     gap: Floats
@@ -40,14 +48,10 @@ class OneImpactMotions(NamedTuple):
     """(H, 2) The same of the acceleration toward the stop just after the impact, in units of omega^2 times length."""
     stop: float
     """The stop of the impact, +1 or -1."""
-    own: float
-    """Contacts with the stop of the impact are looked for at the gap ``own + own_by_gap gap``; infinite for none."""
-    own_by_gap: float
-    """See `own`."""
-    other: float
-    """Contacts with the other stop are looked for at the gap ``other + other_by_gap gap``; infinite for none."""
-    other_by_gap: float
-    """See `other`."""
+    struck: StopGap
+    """The gap at which contacts with the stop of the impact are looked for; infinite for none."""
+    other: StopGap
+    """The gap at which contacts with the other stop are looked for; infinite for none."""
     restitution: float
     """Restitution of the stop of the impact."""
 
@@ -61,8 +65,6 @@ class MotionScratch(NamedTuple):
     """(1,) Its phase."""
     speeds: Floats
     """(1,) Its speed."""
-    flow_between: Floats
-    """(1, N, 4) Each block's flow from the impact to the next one."""
     contact: ContactScratch
     """For the search for contacts."""
 
@@ -79,14 +81,15 @@ class Contacts(NamedTuple):
 
 
 @kernel
-def _impact_at(problem: OrbitProblem, motions: OneImpactMotions, phase: float, scratch: MotionScratch) -> OrbitImpacts:
+def _impact_at(motions: OneImpactMotions, phase: float, scratch: MotionScratch) -> OrbitImpacts:
     """Return the impact of the orbit at a phase, which the scratch holds."""
+    problem, stop, restitution = motions.problem, motions.stop, motions.restitution
     sine, cosine = math.sin(phase), math.cos(phase)
     speed, _, _, _ = sum_of_harmonics(problem, motions.speed, sine, cosine)
     gap, _, _, _ = sum_of_harmonics(problem, motions.gap, sine, cosine)
-    own, other = motions.own + motions.own_by_gap * gap, motions.other + motions.other_by_gap * gap
-    stop, restitution = motions.stop, motions.restitution
-    right, left = (own, other) if stop > 0.0 else (other, own)
+    struck = motions.struck.fixed + motions.struck.by_gap * gap
+    other = motions.other.fixed + motions.other.by_gap * gap
+    right, left = (struck, other) if stop > 0.0 else (other, struck)
     stops = Stops(right, left, restitution, restitution, problem.length, 0.0, 0.0, False)
     impacts = OrbitImpacts(stops, scratch.sides, scratch.phases, scratch.speeds)
     impacts.sides[0], impacts.phases[0], impacts.speeds[0] = stop, phase, stop * speed
@@ -95,16 +98,16 @@ def _impact_at(problem: OrbitProblem, motions: OneImpactMotions, phase: float, s
 
 @kernel
 def _contact_at(
-    problem: OrbitProblem, motions: OneImpactMotions, phase: float, floor: float, scratch: MotionScratch
+    motions: OneImpactMotions, phase: float, floor: float, scratch: MotionScratch
 ) -> tuple[int, float, int, float]:
     """Return status, excess and stop of `Contacts` for the orbit at a phase, and the phase of the contact.
 
     Without rebound the contact stays on the stop that it strikes, if it is pressed against it: it meets that stop.
     """
-    impacts = _impact_at(problem, motions, phase, scratch)
-    status, excess, place, touched = further_contact(problem, impacts, floor, scratch.flow_between, scratch.contact)
-    if motions.restitution == 0.0 and math.isfinite(motions.own) and status != plain(GIVEN_UP):
-        pressing, _, _, _ = sum_of_harmonics(problem, motions.pressing, math.sin(phase), math.cos(phase))
+    impacts = _impact_at(motions, phase, scratch)
+    status, excess, place, touched = further_contact(motions.problem, impacts, floor, scratch.contact)
+    if motions.restitution == 0.0 and math.isfinite(motions.struck.fixed) and status != plain(GIVEN_UP):
+        pressing, _, _, _ = sum_of_harmonics(motions.problem, motions.pressing, math.sin(phase), math.cos(phase))
         if pressing > 0.0:
             status = plain(MEETS)
     return status, excess, touched, place
@@ -112,44 +115,31 @@ def _contact_at(
 
 @kernel
 def contacts_at(
-    problem: OrbitProblem,
-    motions: OneImpactMotions,
-    phases: Floats,
-    floor: float,
-    contacts: Contacts,
-    scratch: MotionScratch,
+    motions: OneImpactMotions, phases: Floats, floor: float, contacts: Contacts, scratch: MotionScratch
 ) -> None:
     """Write the contacts of the orbits at phases (m,) into `contacts`; `floor` is that of `further_contact`."""
-    structure, family, work = reference(problem), reference(motions), reference(scratch)
+    motions, scratch = reference(motions), reference(scratch)
     for i in range(phases.shape[0]):
-        contacts.status[i], contacts.excess[i], contacts.stop[i], _ = _contact_at(
-            structure, family, phases[i], floor, work
-        )
+        contacts.status[i], contacts.excess[i], contacts.stop[i], _ = _contact_at(motions, phases[i], floor, scratch)
 
 
 @kernel
 def contacts_begin(
-    problem: OrbitProblem,
-    motions: OneImpactMotions,
-    clear: Floats,
-    met: Floats,
-    floor: float,
-    contacts: Contacts,
-    scratch: MotionScratch,
+    motions: OneImpactMotions, clear: Floats, met: Floats, contacts: Contacts, scratch: MotionScratch
 ) -> None:
     """Move phases `clear` (m,), of admissible orbits, to those at which a contact begins, on the way to `met` (m,).
 
     The contact itself is written into `contacts`.
     """
-    structure, family, work = reference(problem), reference(motions), reference(scratch)
+    motions, scratch = reference(motions), reference(scratch)
     for i in range(clear.shape[0]):
         inside, outside = clear[i], met[i]
-        status, excess, touched, _ = _contact_at(structure, family, outside, floor, work)
-        for _ in range(_HALVINGS):
+        status, excess, touched, _ = _contact_at(motions, outside, -ORBIT_FLOOR, scratch)
+        for _ in range(PHASE_HALVINGS):
             middle = 0.5 * (inside + outside)
             if abs(outside - inside) <= MAXIMUM_ACCURACY * (1.0 + abs(middle)):
                 break
-            here, there, on, _ = _contact_at(structure, family, middle, floor, work)
+            here, there, on, _ = _contact_at(motions, middle, -ORBIT_FLOOR, scratch)
             if here == plain(NO_FURTHER_CONTACT):
                 inside = middle
             else:
@@ -161,7 +151,7 @@ def contacts_begin(
 
 @kernel
 def first_admissible(
-    problem: OrbitProblem, motions: OneImpactMotions, start: float, end: float, scratch: MotionScratch
+    motions: OneImpactMotions, start: float, end: float, scratch: MotionScratch
 ) -> tuple[int, float, int]:
     """Return where admissible orbits begin between two phases, under one harmonic of order 1 between like stops.
 
@@ -178,16 +168,18 @@ def first_admissible(
     stop : int
         The stop that is touched there; 0 if no stop is touched after the impact at `start`.
     """
-    structure, family, work = reference(problem), reference(motions), reference(scratch)
+    motions, scratch = reference(motions), reference(scratch)
     phase, stop, step = start, plain(0), 0.0
     for _ in range(STEPS_TO_ADMISSIBLE):
-        status, excess, touched, place = _contact_at(structure, family, phase, 0.0, work)
+        status, excess, touched, place = _contact_at(motions, phase, 0.0, scratch)
         if status == plain(GIVEN_UP):
             return plain(GIVEN_UP), phase, stop
         if touched == 0:
             return plain(NO_FURTHER_CONTACT), phase, stop
-        ahead = _impact_at(structure, family, phase + 0.5 * math.pi, work)
-        quarter, noise = excess_after_first_impact(structure, ahead, place - phase, float(touched), work.contact)
+        ahead = _impact_at(motions, phase + 0.5 * math.pi, scratch)
+        quarter, noise = excess_after_first_impact(
+            motions.problem, ahead, place - phase, float(touched), scratch.contact
+        )
         step, before = math.atan2(excess, -quarter), step
         if excess <= noise and step >= before:  # round-off alone: next to the impact it excludes arbitrarily much
             return plain(NO_FURTHER_CONTACT), phase, stop

@@ -30,6 +30,7 @@ from grazemap_core.orbits.kernels.equations import (
     OrbitImpacts,
     OrbitProblem,
     highest_order,
+    next_phase,
     rebound_of,
     steady_bound,
     steady_motion,
@@ -81,6 +82,17 @@ class Shooting(NamedTuple):
     """(2 k,) Sums of the moduli of the rows of the inverse."""
 
 
+class ShotOrbit(NamedTuple):
+    """An orbit with what `shoot` and `solve_step` wrote for it."""
+
+    problem: OrbitProblem
+    """Its equations."""
+    impacts: OrbitImpacts
+    """Its impacts."""
+    shooting: Shooting
+    """What was written."""
+
+
 def shooting(count: int, blocks: int) -> Shooting:
     """Return scratch for up to `count` impacts."""
     size = 2 * blocks
@@ -128,8 +140,7 @@ def shoot(problem: OrbitProblem, impacts: OrbitImpacts, scratch: Shooting) -> tu
         unit_impulse, drift = problem.unit_impulse[j, 0], problem.unit_impulse[j, 1]
         y, rate, summed = 0.0, 0.0, 0.0
         for i in range(count):
-            end = phases[0] + problem.turn if i == count - 1 else phases[i + 1]
-            time = (end - phases[i]) / omega
+            time = (next_phase(problem, phases, i) - phases[i]) / omega
             e11, e12, e21, e22 = block_flow(decay, problem.discriminant[j], square, time)
             flow[i, j, 0], flow[i, j, 1], flow[i, j, 2], flow[i, j, 3] = e11, e12, e21, e22
             strength = -rebound_of(stops, sides[i]) * omega * speeds[i]
@@ -169,21 +180,13 @@ def shoot(problem: OrbitProblem, impacts: OrbitImpacts, scratch: Shooting) -> tu
 
 
 @fused_kernel
-def _pass_impact(
-    problem: OrbitProblem,
-    i: int,
-    rebound: float,
-    speed: float,
-    second_derivative: Floats,
-    change: Floats,
-    scratch: Shooting,
-) -> None:
+def _pass_impact(problem: OrbitProblem, impacts: OrbitImpacts, i: int, change: Floats, scratch: Shooting) -> None:
     """Carry columns of perturbations (2 N, n) from just before impact i to just before the next one.
 
     Changes of phase and speed compensate for the residuals in the last column, and for none in the others.
     """
-    flow, across = scratch.flow, scratch.across
-    omega = problem.omega
+    flow, across, second_derivative = scratch.flow, scratch.across, scratch.second_derivative
+    omega, rebound, speed = problem.omega, rebound_of(impacts.stops, impacts.sides[i]), impacts.speeds[i]
     blocks, columns = second_derivative.shape[0], change.shape[1]
     per_velocity, per_omega, acceleration = 1.0 / scratch.before[i, 1], 1.0 / omega, scratch.before[i, 2]
     x, v, turned, faster = across[0], across[1], across[2], across[3]
@@ -216,8 +219,7 @@ def solve_step(problem: OrbitProblem, impacts: OrbitImpacts, scratch: Shooting) 
 
     `shoot` is called before. The norm is infinity where the matrix is singular.
     """
-    stops, sides, speeds = impacts.stops, impacts.sides, impacts.speeds
-    count, size = speeds.shape[0], 2 * problem.decay.shape[0]
+    count, size = impacts.speeds.shape[0], 2 * problem.decay.shape[0]
     turned, system, second_derivative = scratch.turned, scratch.system, scratch.second_derivative
     for j in range(second_derivative.shape[0]):
         second_derivative[j] = -(
@@ -228,7 +230,7 @@ def solve_step(problem: OrbitProblem, impacts: OrbitImpacts, scratch: Shooting) 
         for column in range(size + 1):
             turned[row, column] = 1.0 if row == column else 0.0
     for i in range(count):
-        _pass_impact(problem, i, rebound_of(stops, sides[i]), speeds[i], second_derivative, turned, scratch)
+        _pass_impact(problem, impacts, i, turned, scratch)
     for row in range(size):
         for column in range(size):
             system[row, column] = (problem.sign if row == column else 0.0) - turned[row, column]
@@ -239,7 +241,7 @@ def solve_step(problem: OrbitProblem, impacts: OrbitImpacts, scratch: Shooting) 
         scratch.change[row, 0] = system[row, size]
     largest = 0.0
     for i in range(count):
-        _pass_impact(problem, i, rebound_of(stops, sides[i]), speeds[i], second_derivative, scratch.change, scratch)
+        _pass_impact(problem, impacts, i, scratch.change, scratch)
         p, s = scratch.across[2, 0], scratch.across[3, 0]
         scratch.step[i, 0], scratch.step[i, 1] = p, s
         # NaN counts as infinite
@@ -247,24 +249,27 @@ def solve_step(problem: OrbitProblem, impacts: OrbitImpacts, scratch: Shooting) 
     return largest
 
 
+class _Functionals(NamedTuple):
+    """Linear functionals of the state."""
+
+    rows: Floats
+    """(2 N, n) A functional in each column."""
+    columns: int
+    """Number of columns that are functionals, the first ones."""
+    of_place: Floats
+    """(n,) Receives their values for a unit residual of displacement at an impact."""
+    of_speed: Floats
+    """(n,) Receives their values for a unit residual of speed."""
+
+
 @fused_kernel
 def _back_over(
-    problem: OrbitProblem,
-    i: int,
-    impact: tuple[float, float],
-    rows: Floats,
-    columns: int,
-    place: Floats,
-    faster: Floats,
-    scratch: Shooting,
+    problem: OrbitProblem, impacts: OrbitImpacts, i: int, functionals: _Functionals, scratch: Shooting
 ) -> None:
-    """Carry linear functionals of the state back from just before impact i + 1 to just before impact i.
-
-    `impact` has 1 + R of its stop, and its speed. The functionals are the first `columns` columns of rows (2 N, n);
-    place and faster receive their values for a unit residual of displacement, and of speed, at impact i.
-    """
+    """Carry functionals back from just before impact i + 1 to just before impact i, with their values for residuals."""
     flow, second_derivative = scratch.flow, scratch.second_derivative
-    omega, rebound, speed = problem.omega, impact[0], impact[1]
+    rows, columns, place, faster = functionals
+    omega, rebound, speed = problem.omega, rebound_of(impacts.stops, impacts.sides[i]), impacts.speeds[i]
     blocks = second_derivative.shape[0]
     per_velocity, per_omega, acceleration = 1.0 / scratch.before[i, 1], 1.0 / omega, scratch.before[i, 2]
     for c in range(columns):
@@ -316,9 +321,9 @@ def _largest_sum_of_moduli(count: int, size: int, scratch: Shooting) -> float:
     for c in range(columns):
         totals[c] = 0.0
     for i in range(count):
-        for through, own in ((scratch.places[i], scratch.of_place[i]), (scratch.speeds[i], scratch.of_speed[i])):
-            _add_combination(through, closed, columns, own)
-            _add_moduli(own, columns, totals)
+        for through, direct in ((scratch.places[i], scratch.of_place[i]), (scratch.speeds[i], scratch.of_speed[i])):
+            _add_combination(through, closed, columns, direct)
+            _add_moduli(direct, columns, totals)
     largest = 0.0
     for c in range(columns):
         if not totals[c] < math.inf:
@@ -334,8 +339,7 @@ def norm_of_inverse(problem: OrbitProblem, impacts: OrbitImpacts, scratch: Shoot
     Each row of the inverse belongs to a phase or a speed; all rows are carried back to the residuals together, as
     columns, those of the last impact first.
     """
-    stops, sides, speeds = impacts.stops, impacts.sides, impacts.speeds
-    count, blocks = speeds.shape[0], problem.decay.shape[0]
+    count, blocks = impacts.speeds.shape[0], problem.decay.shape[0]
     size = 2 * blocks
     system, basis, rows = scratch.system, scratch.basis, scratch.rows
     for row in range(size):
@@ -349,14 +353,12 @@ def norm_of_inverse(problem: OrbitProblem, impacts: OrbitImpacts, scratch: Shoot
         for c in range(size):
             basis[row, c] = 1.0 if row == c else 0.0
     for i in range(count - 1, -1, -1):
-        impact = rebound_of(stops, sides[i]), speeds[i]
-        _back_over(problem, i, impact, basis, size, scratch.places[i], scratch.speeds[i], scratch)
+        _back_over(problem, impacts, i, _Functionals(basis, size, scratch.places[i], scratch.speeds[i]), scratch)
     # each phase and speed, from its impact back to the first one
     for i in range(count - 1, -1, -1):
         of_place, of_speed = scratch.of_place[i], scratch.of_speed[i]
         phase = 2 * (count - 1 - i)
-        impact = rebound_of(stops, sides[i]), speeds[i]
-        _back_over(problem, i, impact, rows, phase, of_place, of_speed, scratch)
+        _back_over(problem, impacts, i, _Functionals(rows, phase, of_place, of_speed), scratch)
         velocity, acceleration = scratch.before[i, 1], scratch.before[i, 2]
         for j in range(blocks):
             rows[2 * j, phase], rows[2 * j + 1, phase] = -1.0 / velocity, 0.0

@@ -28,16 +28,17 @@ from grazemap_core.contact.kernels import runs
 from grazemap_core.contact.kernels.cells import CellProblem, Forced
 from grazemap_core.contact.kernels.half_period import run_half
 from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.model.kernels.block_flow import block_flow
+from grazemap_core.model.kernels.block_flow import advance_block
 from grazemap_core.model.kernels.response_sums import ALTERNATING, SAME_SIGN, block_sum
 from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
-from grazemap_core.numerics.jit.compiled import kernel
+from grazemap_core.numerics.jit.compiled import copy_matrix, kernel
 from grazemap_core.numerics.jit.record_references import reference
 from grazemap_core.numerics.kernels.eigenvalues import spectral_radius
 from grazemap_core.orbits import tolerances
 from grazemap_core.orbits.kernels.admissibility import (
     NO_FURTHER_CONTACT,
     ContactScratch,
+    add_impulse,
     apply_flow,
     contact_scratch,
     further_contact_from,
@@ -47,11 +48,18 @@ from grazemap_core.orbits.kernels.equations import (
     OrbitImpacts,
     OrbitProblem,
     largest_rebound,
-    rebound_of,
+    next_phase,
     second_derivative_bound,
 )
 from grazemap_core.orbits.kernels.multipliers import block_scale
-from grazemap_core.orbits.kernels.shooting import Shooting, norm_of_inverse, shoot, shooting, solve_step
+from grazemap_core.orbits.kernels.shooting import (
+    Shooting,
+    ShotOrbit,
+    norm_of_inverse,
+    shoot,
+    shooting,
+    solve_step,
+)
 from grazemap_core.records import NamedTuple
 
 
@@ -100,12 +108,10 @@ class VerificationScratch(NamedTuple):
     """For the search for contacts."""
     capture: CaptureScratch
     """For the ball of capture."""
-    matrix: Floats
-    """(2 N, 2 N) The Floquet matrix."""
     real: Floats
-    """(2 N,) Real parts of the eigenvalues of this matrix."""
+    """(2 N,) Real parts of the Floquet multipliers."""
     imaginary: Floats
-    """(2 N,) Imaginary parts of these eigenvalues."""
+    """(2 N,) Imaginary parts of these multipliers."""
 
 
 class Verification(NamedTuple):
@@ -146,9 +152,8 @@ def verification_scratch(blocks: int, harmonics: int) -> VerificationScratch:
         periodic_impulse=np.zeros((blocks, 2)),
         unused=np.zeros((blocks, 2)),
         shooting=shooting(most, blocks),
-        contact=contact_scratch(blocks),
+        contact=contact_scratch(0, blocks),
         capture=capture_scratch(most, blocks),
-        matrix=np.zeros((2 * blocks, 2 * blocks)),
         real=np.zeros(2 * blocks),
         imaginary=np.zeros(2 * blocks),
     )
@@ -308,10 +313,8 @@ def _least_length(impacts: OrbitImpacts, turn: float, length: int, radius: float
 def _state_after_first_impact(problem: OrbitProblem, impacts: OrbitImpacts, scratch: VerificationScratch) -> None:
     """Write the state just after the first impact into `contact.states[0]`; `shoot` has written the state before it."""
     after = scratch.contact.states[0]
-    strength = -rebound_of(impacts.stops, impacts.sides[0]) * problem.omega * impacts.speeds[0]
-    for j in range(problem.decay.shape[0]):
-        for c in range(2):
-            after[j, c] = scratch.shooting.state[0, j, c] + strength * problem.unit_impulse[j, c]
+    copy_matrix(after, scratch.shooting.state[0])
+    add_impulse(problem, impacts, 0, 1.0, after)
 
 
 @kernel
@@ -324,8 +327,7 @@ def _means(
     so its mirror image has the same means. `flow_between` (k, N, 4) are the flows between impacts; `state` (N, 2) is
     that just after the first impact, and overwritten.
     """
-    stops, sides, phases, speeds = impacts.stops, impacts.sides, impacts.phases, impacts.speeds
-    count = phases.shape[0]
+    phases, count = impacts.phases, impacts.phases.shape[0]
     turns = 2 if length % 2 == 1 else 1
     sections = length * turns // 2
     x, v = 0.0, 0.0
@@ -334,26 +336,20 @@ def _means(
     for turn in range(turns):
         for i in range(count):
             begin = phases[i] + turn * problem.turn
-            end = (phases[i + 1] if i + 1 < count else phases[0] + problem.turn) + turn * problem.turn
+            end = next_phase(problem, phases, i) + turn * problem.turn
             while seen < sections and 2.0 * math.pi * section < end:
                 time = (2.0 * math.pi * section - begin) / problem.omega
                 for j in range(state.shape[0]):
-                    e11, e12, e21, e22 = block_flow(
-                        problem.decay[j], problem.discriminant[j], problem.frequency_squared[j], time
-                    )
-                    x += e11 * state[j, 0] + e12 * state[j, 1]
-                    v += (e21 * state[j, 0] + e22 * state[j, 1]) / problem.omega
+                    y, rate = advance_block(problem, j, state[j, 0], state[j, 1], time)
+                    x += y
+                    v += rate / problem.omega
                 section += 1
                 seen += 1
             if i + 1 == count:
                 sign *= problem.sign
-            speed = sign * speeds[(i + 1) % count]
             apply_flow(flow_between[i], state, state)
             # a motion whose halves are mirror images is one between symmetric stops
-            strength = -rebound_of(stops, sides[(i + 1) % count]) * problem.omega * speed
-            for j in range(state.shape[0]):
-                state[j, 0] += strength * problem.unit_impulse[j, 0]
-                state[j, 1] += strength * problem.unit_impulse[j, 1]
+            add_impulse(problem, impacts, (i + 1) % count, sign, state)
     return x / max(seen, 1), v / max(seen, 1)
 
 
@@ -380,8 +376,7 @@ def _solve(problem: OrbitProblem, impacts: OrbitImpacts, scratch: VerificationSc
             phases[i] += scratch.shooting.step[i, 0]
             speeds[i] += scratch.shooting.step[i, 1]
         for i in range(count):
-            following = phases[i + 1] if i + 1 < count else phases[0] + problem.turn
-            if not (following > phases[i] and sides[i] * speeds[i] > 0.0):
+            if not (next_phase(problem, phases, i) > phases[i] and sides[i] * speeds[i] > 0.0):
                 return math.inf, math.inf
         settled = step <= tolerances.ORBIT_SETTLED
     return math.inf, math.inf
@@ -389,19 +384,20 @@ def _solve(problem: OrbitProblem, impacts: OrbitImpacts, scratch: VerificationSc
 
 @kernel
 def _write_floquet_matrix(problem: OrbitProblem, scratch: VerificationScratch) -> None:
-    """Write the Floquet matrix before the first impact, in balanced block coordinates."""
-    size = scratch.matrix.shape[0]
+    """Write the Floquet matrix before the first impact, in balanced block coordinates, into `capture.matrix`."""
+    matrix = scratch.capture.matrix
+    size = matrix.shape[0]
     for row in range(size):
         for column in range(size):
-            scratch.matrix[row, column] = problem.sign * scratch.shooting.turned[row, column]
+            matrix[row, column] = problem.sign * scratch.shooting.turned[row, column]
     for j in range(size // 2):
         # displacement and velocity in one unit; block units in which the impulse and its effect have equal size
         scale, frequency = block_scale(problem, j), problem.frequency[j]
         for other in range(size):
-            scratch.matrix[2 * j, other] *= frequency / scale
-            scratch.matrix[2 * j + 1, other] /= scale
-            scratch.matrix[other, 2 * j] *= scale / frequency
-            scratch.matrix[other, 2 * j + 1] *= scale
+            matrix[2 * j, other] *= frequency / scale
+            matrix[2 * j + 1, other] /= scale
+            matrix[other, 2 * j] *= scale / frequency
+            matrix[other, 2 * j + 1] *= scale
 
 
 @kernel
@@ -499,23 +495,6 @@ def _impacts_by_stop(sides: Floats, count: int) -> tuple[int, int]:
 
 
 @kernel
-def _capture(
-    problem: CellProblem,
-    orbit: OrbitProblem,
-    impacts: OrbitImpacts,
-    uncertainty: float,
-    multiplier: float,
-    scratch: VerificationScratch,
-) -> tuple[float, float, float]:
-    """Return `capture.capture_ratio` of the orbit; an infinite ratio where it is not stable."""
-    if not multiplier < tolerances.MAX_STABLE_MODULUS:
-        return math.inf, 0.0, 1.0
-    _write_floquet_matrix(orbit, scratch)
-    flights, work = reference(scratch.shooting), reference(scratch.capture)
-    return capture_ratio(problem, orbit, impacts, uncertainty, scratch.matrix, multiplier, flights, work)
-
-
-@kernel
 def verify(
     problem: CellProblem, blocks: ImpulseBlocks, stops: Stops, guess: Guess, scratch: VerificationScratch
 ) -> Verification:
@@ -544,10 +523,14 @@ def verify(
     if not kantorovich <= tolerances.MAX_KANTOROVICH:
         return _not_verified(codes.NOT_ISOLATED)
     _write_floquet_matrix(orbit, scratch)
-    multiplier = spectral_radius(scratch.matrix, scratch.real, scratch.imaginary)
+    multiplier = spectral_radius(scratch.capture.matrix, scratch.real, scratch.imaginary)
     stable = multiplier < tolerances.MAX_STABLE_MODULUS
     uncertainty = _reach(orbit, impacts, radius)
-    ratio, reach, share = _capture(problem, orbit, impacts, uncertainty + error / orbit.length, multiplier, scratch)
+    ratio, reach, share = math.inf, 0.0, 1.0
+    if stable:
+        _write_floquet_matrix(orbit, scratch)  # the eigenvalues took its place
+        shot, capture = reference(ShotOrbit(orbit, impacts, reference(scratch.shooting))), reference(scratch.capture)
+        ratio, reach, share = capture_ratio(problem, shot, multiplier, uncertainty + error / orbit.length, capture)
     floor = max(tolerances.ORBIT_FLOOR, reach + uncertainty)
     gap = _smallest_gap(orbit, impacts, radius, floor, scratch)
     if not gap > 0.0:

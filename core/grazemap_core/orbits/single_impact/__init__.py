@@ -2,7 +2,7 @@
 
 In the order in which they build on each other:
 
-`harmonics` : trigonometric polynomials of the phase, and all their zeros.
+`harmonics` : trigonometric polynomials of the phase, and their zeros.
 `orbits` : speed and gap as functions of the phase; saddle-nodes, period doublings, orbits of a given gap.
 `special_orbits` : whether orbits meet a stop a second time, and where that begins, at one frequency.
 `curves` : special orbits at successive frequencies.

@@ -16,7 +16,8 @@ from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.grazing_curve import VariedStop
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits.single_impact.special_orbits import ABSENT, SecondStop
+from grazemap_core.orbits.kernels.one_impact_contacts import StopGap
+from grazemap_core.orbits.single_impact.special_orbits import ABSENT
 from grazemap_core.records import NamedTuple, dataclass
 
 
@@ -42,7 +43,7 @@ CurveParameter = VariedStop | VariedFactor
 class MovedGaps(NamedTuple):
     """The gaps of the stops as functions of that of one of them, under forces of the factor 1."""
 
-    other: SecondStop
+    other: StopGap
     """The gap of the other stop."""
     value: Callable[[Floats], Floats]
     """Returns the values (m,) of the parameter at gaps (m,) of the stop."""
@@ -63,21 +64,21 @@ def moved_gaps(oscillator: Oscillator, varied: CurveParameter, stop: int) -> Mov
         return _gaps_of_factor(varied, stop, place)
     offset = stop * place
     if varied.together:
-        other = SecondStop(2.0 * offset, 1.0)
+        other = StopGap(2.0 * offset, 1.0)
     elif stop == varied.stop:
-        other = ABSENT if varied.other is None else SecondStop(varied.other + offset)
+        other = ABSENT if varied.other is None else StopGap(varied.other + offset)
     else:
         return None
     return MovedGaps(other, lambda gap: gap + offset)
 
 
 def _gaps_of_factor(varied: VariedFactor, stop: int, place: float) -> MovedGaps:
-    own, beside = varied.clearance(stop), varied.clearance(-stop)
+    struck, beside = varied.clearance(stop), varied.clearance(-stop)
     if varied.name == "bias":
         if place == 0.0:
             raise ParameterError("bias", "does not move the contact, so the motions do not depend on it")
-        return MovedGaps(SecondStop(own + beside, -1.0), lambda gap: (own - gap) / (stop * place))
-    gap, other = own - stop * place, beside + stop * place
+        return MovedGaps(StopGap(struck + beside, -1.0), lambda gap: (struck - gap) / (stop * place))
+    gap, other = struck - stop * place, beside + stop * place
     if gap == 0.0:
         raise ParameterError("clearance", "leaves no gap to the equilibrium, which no force changes")
 
@@ -85,4 +86,4 @@ def _gaps_of_factor(varied: VariedFactor, stop: int, place: float) -> MovedGaps:
         with np.errstate(divide="ignore"):
             return np.asarray(gap / gaps)
 
-    return MovedGaps(ABSENT if np.isinf(other) else SecondStop(0.0, other / gap), value, forces=True)
+    return MovedGaps(ABSENT if np.isinf(other) else StopGap(0.0, other / gap), value, forces=True)

@@ -6,13 +6,13 @@ Special orbits at successive frequencies are joined to curves by the phases of t
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
-from grazemap_core.orbits.family import OrbitFamily
-from grazemap_core.orbits.single_impact.special_orbits import SpecialOrbit, StopFamily
+from grazemap_core.arrays import Booleans, Floats, Integers
+from grazemap_core.orbits.single_impact.special_orbits import SpecialOrbit, StopMotions
 from grazemap_core.orbits.tolerances import SAME_CURVE_PHASE
 from grazemap_core.records import dataclass
 
@@ -44,34 +44,21 @@ class OneImpactCurve:
         return replace(self, clearance=self.clearance + offset)
 
 
-def explicit_curves(of: StopFamily, omega: Floats, steady: Complexes) -> dict[str, list[OneImpactCurve]]:
-    """Return the curves of each type of a family, with their gaps, at frequencies (m,).
-
-    Parameters
-    ----------
-    of : StopFamily
-    omega : (m,)
-        Increasing.
-    steady : (m, H, N + 1)
-        From `OrbitFamily.steady_at`.
-    """
-    orbits: dict[str, list[list[SpecialOrbit]]] = {kind: [] for kind in of.types}
-    for frequency, amplitudes in zip(omega.tolist(), steady, strict=True):
-        here = of.at(frequency, amplitudes)
-        for kind in of.types:
-            orbits[kind].append(here.special(kind))
-    turned = turning_frame(of.family, steady)
+def explicit_curves(motions: Sequence[StopMotions]) -> dict[str, list[OneImpactCurve]]:
+    """Return the curves of special orbits by type, with their gaps, from the orbits at increasing frequencies (m,)."""
+    frame, first = turning_frame(motions), motions[0]
     return {
-        kind: (_joined_single if of.has_at_most_one(kind) else joined)(points, turned)
-        for kind, points in orbits.items()
+        kind: (_joined_single if first.has_at_most_one(kind) else joined)([at.special(kind) for at in motions], frame)
+        for kind in first.types
     }
 
 
 def _joined_single(points: list[list[SpecialOrbit]], frame: Floats) -> list[OneImpactCurve]:
     """Join special orbits as `joined`, where there is at most one at every frequency.
 
-    It continues that of the frequency before, but where this one has become virtual: then the one half a turn later, at
-    a gap of the opposite sign, is virtual no longer. A gap that passes through 0 turns by less than SAME_CURVE_PHASE.
+    An orbit continues that of the frequency before, with one exception. Where an orbit becomes virtual, the one half a
+    turn later, at a gap of the opposite sign, stops being virtual, and begins another curve. Where the gap of one curve
+    passes through 0, the phase changes by less than SAME_CURVE_PHASE.
     """
     curves: list[dict[int, SpecialOrbit]] = []
     for i, here in enumerate(points):
@@ -86,10 +73,10 @@ def _joined_single(points: list[list[SpecialOrbit]], frame: Floats) -> list[OneI
     return [_curve(curve, len(points)) for curve in curves]
 
 
-def turning_frame(family: OrbitFamily, steady: Complexes) -> Floats:
+def turning_frame(motions: Sequence[StopMotions]) -> Floats:
     """Return the angles (m,) by which the steady motion's lowest harmonic is ahead: phases of impacts follow it."""
-    lowest = np.angle(steady[:, 0, -1])
-    return np.asarray(np.unwrap(lowest) / family.oscillator.forces[0].order)
+    lowest = np.angle([at.orbits.forced.steady[0, -1] for at in motions])
+    return np.asarray(np.unwrap(lowest) / motions[0].family.orders[0])
 
 
 def joined(points: list[list[SpecialOrbit]], frame: Floats) -> list[OneImpactCurve]:

@@ -6,32 +6,22 @@ fixed stop, are lines of constant frequency. They are those of a motion as long 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
-from grazemap_core.arrays import Complexes, Floats
+from grazemap_core.arrays import Floats
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.grazing_curve import VariedStop, steady_motion, stop_grazes
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
-from grazemap_core.orbits.bracketed_zero import bracketed_zero
 from grazemap_core.orbits.single_impact.curves import OneImpactCurve, explicit_curves, joined, turning_frame
-from grazemap_core.orbits.single_impact.special_orbits import SpecialOrbit, StopFamily, StopMotions, nearest_special
+from grazemap_core.orbits.single_impact.harmonics import bracketed_zero
+from grazemap_core.orbits.single_impact.special_orbits import SpecialOrbit, StopMotions
 from grazemap_core.orbits.tolerances import FREQUENCY_ACCURACY
 from grazemap_core.records import dataclass
-
-
-@dataclass(frozen=True, eq=False)
-class FixedStop:
-    """Orbits with one impact on a stop that is fixed."""
-
-    of: StopFamily
-    """All orbits with one impact on this stop; the other stop is absent."""
-    gap: float
-    """The gap at which it is fixed."""
 
 
 @dataclass(frozen=True)
@@ -56,28 +46,18 @@ class FrequencyLine:
         return replace(self, reach=self.reach + offset)
 
 
-def lines(fixed: FixedStop, omega: Floats, steady: Complexes) -> Iterator[FrequencyLine]:
-    """Yield the lines of motions with one impact on the fixed stop; `reach` is a gap.
+def lines(motions: Sequence[StopMotions], gap: float) -> Iterator[FrequencyLine]:
+    """Yield the lines of motions with one impact on a stop that is fixed at a gap; `reach` is a gap.
 
-    Parameters
-    ----------
-    fixed : FixedStop
-    omega : (m,)
-        Increasing; two lines of one curve between two of them are missed.
-    steady : (m, H, N + 1)
-        From `OrbitFamily.steady_at`.
+    `motions`, at increasing frequencies (m,), are those without the other stop. Two lines of one curve between two of
+    the frequencies are missed.
     """
-    family = fixed.of.family
-
-    def at(frequency: float) -> StopMotions:
-        return fixed.of.at(frequency, family.steady(frequency))
-
-    for kind, curves in explicit_curves(fixed.of, omega, steady).items():
+    for kind, curves in explicit_curves(motions).items():
         for curve in curves:
-            apart = curve.clearance - fixed.gap
+            apart = curve.clearance - gap
             for i in np.flatnonzero(apart[1:] * apart[:-1] <= 0.0).tolist():
-                ends = [(float(omega[k]), float(curve.clearance[k])) for k in (i, i + 1)]
-                solution = _between(kind, at, fixed.gap, *ends)
+                ends = [(motions[k], float(curve.clearance[k])) for k in (i, i + 1)]
+                solution = _between(kind, gap, *ends)
                 if solution is not None:
                     here, orbit = solution
                     reach = float(here.reach(np.array([orbit.phase]))[0])
@@ -85,22 +65,19 @@ def lines(fixed: FixedStop, omega: Floats, steady: Complexes) -> Iterator[Freque
 
 
 def _between(
-    kind: str,
-    at: Callable[[float], StopMotions],
-    gap: float,
-    start: tuple[float, float],
-    end: tuple[float, float],
+    kind: str, gap: float, start: tuple[StopMotions, float], end: tuple[StopMotions, float]
 ) -> tuple[StopMotions, SpecialOrbit] | None:
-    """Return the special orbit with a gap between two frequencies, given with the curve's gaps there.
+    """Return the special orbit of a curve that has a gap between two frequencies, after all orbits at its frequency.
 
-    None where the curve is not one there.
+    `start` and `end` are the orbits at the two frequencies, and the gaps of the curve there. None where the curve ends
+    between them.
     """
-    (low, first), (high, last) = start, end
+    (motions, first), (other, last) = start, end
+    low, high = motions.orbits.omega, other.orbits.omega
 
     def special(frequency: float) -> tuple[StopMotions, SpecialOrbit]:
-        share = (frequency - low) / (high - low)
-        here = at(frequency)
-        orbit = nearest_special(here, kind, first + share * (last - first))
+        here, expected = motions.at(frequency), first + (frequency - low) / (high - low) * (last - first)
+        orbit = min(here.special(kind), key=lambda orbit: abs(orbit.gap - expected), default=None)
         if orbit is None:
             raise _CurveEnds
         return here, orbit
@@ -116,16 +93,18 @@ class _CurveEnds(Exception):
     """There is no special orbit any more that could be followed."""
 
 
-def contacts_with_varied(fixed: FixedStop, omega: Floats, steady: Complexes) -> list[OneImpactCurve]:
-    """Return the curves on which motions that strike the fixed stop touch the other one; with its gaps."""
+def contacts_with_varied(motions: Sequence[StopMotions], gap: float) -> list[OneImpactCurve]:
+    """Return the curves on which motions that strike a stop fixed at a gap touch the other one; with its gaps.
+
+    `motions` are as for `lines`.
+    """
     orbits: list[list[SpecialOrbit]] = []
-    for frequency, amplitudes in zip(omega.tolist(), steady, strict=True):
-        here = fixed.of.at(frequency, amplitudes)
-        phases = here.orbits.phases(fixed.gap)
+    for here in motions:
+        phases = here.orbits.phases(gap)
         reach = here.reach(np.array(phases)) if phases else np.zeros(0)
         each = zip(here.orbits_at(phases), reach.tolist(), strict=True)
-        orbits.append([orbit._replace(gap=far, stop=-fixed.of.stop) for orbit, far in each if np.isfinite(far)])
-    return joined(orbits, turning_frame(fixed.of.family, steady))
+        orbits.append([orbit._replace(gap=far, stop=-here.stop) for orbit, far in each if np.isfinite(far)])
+    return joined(orbits, turning_frame(motions))
 
 
 def varied_graze(oscillator: Oscillator, omega: Floats, varied: VariedStop) -> OneImpactCurve | None:

@@ -1,16 +1,18 @@
-"""Trigonometric polynomials of a phase, with all their zeros."""
+"""Trigonometric polynomials of a phase, with all their zeros, and the zero of any function between two numbers."""
 
 from __future__ import annotations
 
 import cmath
 import math
+from collections.abc import Callable
 
 import numpy as np
+from scipy.optimize import brentq
 
-from grazemap_core.arrays import Complexes
-from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.orbits.family import ForcedFamily
 from grazemap_core.orbits.tolerances import ON_UNIT_CIRCLE, PHASE_POLISHING_STEPS, SAME_ZERO
 from grazemap_core.records import dataclass
+from grazemap_core.tolerances import EPSILON
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,10 +27,10 @@ class Harmonics:
     """The constant."""
 
     @classmethod
-    def of_steady(cls, family: OrbitFamily, omega: float, steady: Complexes | None = None) -> Harmonics:
-        """Return the steady motion of the contact; `steady` are the amplitudes of `OrbitFamily.steady`, if known."""
-        orders = tuple(harmonic.order for harmonic in family.oscillator.forces)
-        return cls(orders, tuple((family.steady(omega) if steady is None else steady)[:, -1].tolist()))
+    def of_steady(cls, forced: ForcedFamily) -> Harmonics:
+        """Return the steady motion of the contact."""
+        orders = tuple(harmonic.order for harmonic in forced.family.oscillator.forces)
+        return cls(orders, tuple(forced.steady[:, -1].tolist()))
 
     def derivative(self) -> Harmonics:
         """Return the derivative."""
@@ -107,3 +109,17 @@ def apart_on_circle(phases: list[float]) -> list[float]:
     before = [ordered[-1] - 2.0 * math.pi, *ordered]
     kept = [phase for last, phase in zip(before, ordered, strict=False) if phase - last > SAME_ZERO]
     return kept or ordered[:1]
+
+
+def bracketed_zero(test: Callable[[float], float], low: float, high: float, accuracy: float) -> float | None:
+    """Return where a function changes its sign, to an absolute accuracy; None where it has one sign at both ends.
+
+    Raises
+    ------
+    ValueError
+        The function is not a number somewhere on the way.
+    """
+    ends = test(low), test(high)
+    if min(ends) > 0.0 or max(ends) < 0.0:
+        return None
+    return float(brentq(test, low, high, xtol=accuracy, rtol=4.0 * EPSILON))

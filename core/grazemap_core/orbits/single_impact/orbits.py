@@ -14,12 +14,11 @@ from __future__ import annotations
 
 from functools import cached_property
 
-from grazemap_core.arrays import Complexes
 from grazemap_core.contact.kernels.stops import Stops, gap_of
 from grazemap_core.errors import ConditioningError
-from grazemap_core.grazing.one_impact_family import Pattern, PeriodicSums, periodic_sums
+from grazemap_core.grazing.one_impact_family import PeriodicSums, periodic_sums
 from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
-from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.orbits.family import ForcedFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.kernels.equations import rebound_of
 from grazemap_core.orbits.single_impact.harmonics import Harmonics
@@ -30,44 +29,35 @@ from grazemap_core.records import dataclass
 class OneImpactOrbits:
     """All orbits with one impact in n forcing periods on one stop, at one frequency, for all gaps of that stop.
 
-    Symmetric ones have an impact on the other stop, too, half of n periods later.
+    Symmetric ones have an impact on the other stop, too, half of n periods later. ConditioningError is raised where
+    round-off hides by which factor the steady motion determines the speed.
     """
 
-    omega: float
-    """Forcing frequency."""
-    pattern: Pattern
-    """The pattern of impacts."""
+    forced: ForcedFamily
+    """The family at the frequency."""
     stop: int
     """+1 or -1."""
-    toward: Harmonics
-    """The steady motion toward the stop."""
     rebound: float
     """1 + R of the stop."""
-    sums: PeriodicSums
-    """Response to unit impulses at all earlier impacts."""
 
-    @classmethod
-    def of(
-        cls, family: OrbitFamily, omega: float, stop: int, rebound: float, steady: Complexes | None = None
-    ) -> OneImpactOrbits:
-        """Return the orbits of a family; `steady` are the amplitudes of `OrbitFamily.steady`, if they are known.
-
-        Raises
-        ------
-        ConditioningError
-            Round-off hides by which factor the steady motion determines the speed.
-        """
-        orbits = cls(
-            omega=omega,
-            pattern=family.pattern,
-            stop=stop,
-            toward=Harmonics.of_steady(family, omega, steady).times(float(stop)),
-            rebound=rebound,
-            sums=periodic_sums(family.response, family.pattern, omega),
-        )
-        if abs(orbits.straight) <= RESPONSE_ROUNDOFF * (1.0 + rebound * abs(orbits.sums.velocity)):
+    def __post_init__(self) -> None:
+        if abs(self.straight) <= RESPONSE_ROUNDOFF * (1.0 + self.rebound * abs(self.sums.velocity)):
             raise ConditioningError("the impact speed is not determined: hardly any energy is lost in a period")
-        return orbits
+
+    @property
+    def omega(self) -> float:
+        """The forcing frequency."""
+        return self.forced.omega
+
+    @cached_property
+    def toward(self) -> Harmonics:
+        """The steady motion toward the stop."""
+        return Harmonics.of_steady(self.forced).times(float(self.stop))
+
+    @cached_property
+    def sums(self) -> PeriodicSums:
+        """The response to unit impulses at all earlier impacts."""
+        return periodic_sums(self.forced.family.response, self.forced.family.pattern, self.omega)
 
     @property
     def straight(self) -> float:
@@ -134,12 +124,12 @@ class OneImpactOrbits:
 
     def impacts(self, phase: float) -> ImpactSequence:
         """Return the impacts of the orbit with an impact at a phase."""
-        pattern, velocity = self.pattern, self.stop * self.speed(phase)
+        pattern, velocity = self.forced.family.pattern, self.stop * self.speed(phase)
         return ImpactSequence.create(pattern.multiple, [self.stop], [phase], [velocity], pattern.symmetric)
 
 
-def one_impact_sequences(family: OrbitFamily, stops: Stops, omega: float, stop: int) -> list[ImpactSequence]:
+def one_impact_sequences(forced: ForcedFamily, stops: Stops, stop: int) -> list[ImpactSequence]:
     """Return the impacts of all orbits with one impact on a stop in the family's period, by decreasing speed."""
-    orbits = OneImpactOrbits.of(family, omega, stop, rebound_of(stops, stop))
+    orbits = OneImpactOrbits(forced, stop, rebound_of(stops, stop))
     phases = orbits.phases(gap_of(stops, stop))
     return [orbits.impacts(phase) for phase in sorted(phases, key=orbits.speed, reverse=True)]

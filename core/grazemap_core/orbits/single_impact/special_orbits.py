@@ -1,9 +1,9 @@
 """Special orbits with one impact on a stop in n periods at one frequency, and whether orbits meet a stop a second time.
 
 Saddle-nodes (SN), period doublings (PD) and symmetry breakings (SB) are zeros of trigonometric polynomials of the phase
-of the impact, of which none is missed. Under one harmonic, alone with one stop or between like ones, the orbits that
-meet no stop a second time are those above one phase, which is found without a grid; otherwise such phases, at which a
-further contact begins (GR), are looked for on a grid.
+of the impact, of which none is missed. At a graze (GR) a further contact begins. Under one harmonic, with one stop or
+with two that are alike, the orbits that meet no stop a second time are those above one phase, and this phase is found
+without a grid. In all other cases grazes are looked for on a grid of phases.
 """
 
 from __future__ import annotations
@@ -15,15 +15,16 @@ from itertools import pairwise
 
 import numpy as np
 
-from grazemap_core.arrays import Complexes, Floats
+from grazemap_core.arrays import Floats
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.kernels.periodic_impulses import ADMISSIBLE, NEVER, contact_margin
-from grazemap_core.orbits.family import OrbitFamily, steady_size
+from grazemap_core.orbits.family import ForcedFamily, OrbitFamily
 from grazemap_core.orbits.kernels.admissibility import GIVEN_UP, NO_FURTHER_CONTACT, TOUCHES, contact_scratch
 from grazemap_core.orbits.kernels.one_impact_contacts import (
     Contacts,
     MotionScratch,
     OneImpactMotions,
+    StopGap,
     contacts_at,
     contacts_begin,
     first_admissible,
@@ -31,7 +32,7 @@ from grazemap_core.orbits.kernels.one_impact_contacts import (
 from grazemap_core.orbits.single_impact.harmonics import Harmonics, within_turn
 from grazemap_core.orbits.single_impact.orbits import OneImpactOrbits
 from grazemap_core.orbits.tolerances import GRAZE_OFFSET, GRAZE_PHASES, ORBIT_FLOOR
-from grazemap_core.records import NamedTuple, dataclass
+from grazemap_core.records import NamedTuple
 
 
 class SpecialOrbit(NamedTuple):
@@ -49,18 +50,10 @@ class SpecialOrbit(NamedTuple):
     """Stop of the further contact of a GR, +1 or -1; else 0."""
 
 
-class SecondStop(NamedTuple):
-    """The gap ``fixed + by_gap gap`` of the stop without an impact; infinite if it is absent."""
-
-    fixed: float
-    """The gap where `by_gap` is 0; infinite for an absent stop."""
-    by_gap: float = 0.0
-    """Change of the gap by that of the other stop."""
-
-
-ABSENT = SecondStop(math.inf)
-ALIKE = SecondStop(0.0, 1.0)
-"""It has the gap of the stop that is struck."""
+ABSENT = StopGap(math.inf)
+"""The gap of an absent stop."""
+ALIKE = StopGap(0.0, 1.0)
+"""The gap of the stop that is struck."""
 
 
 class AdmissibleFrom(NamedTuple):
@@ -74,72 +67,76 @@ class AdmissibleFrom(NamedTuple):
     """Whether there are any; None where round-off hides it."""
 
 
-@dataclass(frozen=True, eq=False)
-class StopFamily:
-    """Orbits with one impact on a stop in n periods; symmetric orbits have its mirror image on the other stop."""
-
-    family: OrbitFamily
-    """All motions of the pattern."""
-    stop: int
-    """+1 or -1."""
-    other: SecondStop
-    """The gap of the other stop."""
-
-    def at(self, omega: float, steady: Complexes) -> StopMotions:
-        """Return the orbits at a frequency; `steady` are the amplitudes there."""
-        return StopMotions(self, omega, steady)
-
-    @property
-    def has_one_harmonic(self) -> bool:
-        """Whether the forces have one harmonic, of order 1."""
-        return [harmonic.order for harmonic in self.family.oscillator.forces] == [1]
-
-    @property
-    def has_one_interval(self) -> bool:
-        """Whether the phases of admissible orbits at a frequency, if there are any, are one interval next to the graze.
-
-        They are under one harmonic where the other stop is absent or alike (theory, "One impact a period").
-        """
-        return self.has_one_harmonic and (self.other == ABSENT or self.other == ALIKE)
-
-    def has_at_most_one(self, kind: str) -> bool:
-        """Return whether there is at most one special orbit of a type at every frequency."""
-        return self.has_one_interval if kind == "GR" else self.has_one_harmonic
-
-    @property
-    def types(self) -> tuple[str, ...]:
-        """The types of its special orbits."""
-        return ("SN", "SB" if self.family.pattern.symmetric else "PD", "GR")
-
-
 class StopMotions:
-    """The orbits of a `StopFamily` at one frequency."""
+    """Orbits with one impact on a stop in n periods, at one frequency.
 
-    def __init__(self, of: StopFamily, omega: float, steady: Complexes) -> None:
-        """Set up the polynomials of the phase, and the equations."""
-        self.of = of
-        restitution = of.family.oscillator.restitution_of(of.stop)
-        self.orbits = OneImpactOrbits.of(of.family, omega, of.stop, 1.0 + restitution, steady)
-        self.problem = of.family.problem(omega, steady_size(steady), steady)
-        self._restitution = restitution
+    Symmetric orbits have its mirror image on the other stop.
+    """
+
+    def __init__(self, forced: ForcedFamily, stop: int, other: StopGap) -> None:
+        """Set up the polynomials of the phase, and the equations. Raises as `OneImpactOrbits`.
+
+        Parameters
+        ----------
+        forced : ForcedFamily
+        stop : int
+            +1 or -1.
+        other : StopGap
+            The gap of the other stop.
+        """
+        self.other = other
+        self._restitution = forced.family.oscillator.restitution_of(stop)
+        self.orbits = OneImpactOrbits(forced, stop, 1.0 + self._restitution)
+        self.problem = forced.problem(forced.steady_size)
         self._scratch = MotionScratch(
             sides=np.zeros(1),
             phases=np.zeros(1),
             speeds=np.zeros(1),
-            flow_between=np.zeros((1, len(self.problem.decay), 4)),
-            contact=contact_scratch(len(self.problem.decay)),
+            contact=contact_scratch(1, len(self.problem.decay)),
         )
 
-    def _motions(self, own: SecondStop, other: SecondStop) -> OneImpactMotions:
+    def at(self, omega: float) -> StopMotions:
+        """Return the orbits at another frequency."""
+        return StopMotions(self.family.at(omega), self.stop, self.other)
+
+    @property
+    def stop(self) -> int:
+        """The stop of the impact."""
+        return self.orbits.stop
+
+    @property
+    def family(self) -> OrbitFamily:
+        """The structure and the pattern of impacts."""
+        return self.orbits.forced.family
+
+    @property
+    def has_one_interval(self) -> bool:
+        """Whether the phases of admissible orbits, if there are any, are one interval next to the graze.
+
+        They are under one harmonic where the other stop is absent or alike (theory, "One impact a period").
+        """
+        return self.family.has_one_harmonic and self.other in (ABSENT, ALIKE)
+
+    def has_at_most_one(self, kind: str) -> bool:
+        """Return whether there is at most one special orbit of a type."""
+        return self.has_one_interval if kind == "GR" else self.family.has_one_harmonic
+
+    @property
+    def types(self) -> tuple[str, ...]:
+        """The types of special orbits."""
+        return ("SN", "SB" if self.family.pattern.symmetric else "PD", "GR")
+
+    def _motions(self, struck: StopGap, other: StopGap) -> OneImpactMotions:
+        """Return the orbits as the kernels take them, with the gaps at which contacts are looked for."""
+        length = self.problem.length
         return OneImpactMotions(
-            speed=_parts(self.orbits.speeds, self.problem.length),
+            problem=self.problem,
+            speed=_parts(self.orbits.speeds, length),
             gap=_parts(self.orbits.gaps),
-            pressing=_parts(self.orbits.pressing, self.problem.length),
-            stop=float(self.of.stop),
-            own=own.fixed,
-            own_by_gap=own.by_gap,
-            other=other.fixed,
-            other_by_gap=other.by_gap,
+            pressing=_parts(self.orbits.pressing, length),
+            stop=float(self.stop),
+            struck=struck,
+            other=other,
             restitution=self._restitution,
         )
 
@@ -152,8 +149,7 @@ class StopMotions:
             The motion oscillates too often between two impacts.
         """
         contacts = _empty(len(phases))
-        motions = self._motions(ALIKE, self.of.other)
-        contacts_at(self.problem, motions, phases, -ORBIT_FLOOR, contacts, self._scratch)
+        contacts_at(self._motions(ALIKE, self.other), phases, -ORBIT_FLOOR, contacts, self._scratch)
         if np.any(contacts.status == GIVEN_UP):
             raise _too_many_oscillations()
         return contacts
@@ -164,8 +160,7 @@ class StopMotions:
         Minus infinity without a maximum.
         """
         contacts = _empty(len(phases))
-        motions = self._motions(ABSENT, SecondStop(0.0))
-        contacts_at(self.problem, motions, phases, -math.inf, contacts, self._scratch)
+        contacts_at(self._motions(ABSENT, StopGap(0.0)), phases, -math.inf, contacts, self._scratch)
         return contacts.excess * self.problem.length
 
     def orbits_at(self, phases: Sequence[float]) -> list[SpecialOrbit]:
@@ -179,10 +174,10 @@ class StopMotions:
     def _ends_at_graze(self) -> bool:
         """Whether the admissible orbits are those above one phase, up to the graze of the steady motion.
 
-        Without energy that impacts feed in, the speed has the sign of the velocity of the steady motion, and the graze
-        is at the end of its interval.
+        Where impacts feed in no energy, the speed has the sign of the velocity of the steady motion. The graze is then
+        at the end of the interval of phases.
         """
-        return self.of.has_one_interval and self.orbits.straight > 0.0
+        return self.has_one_interval and self.orbits.straight > 0.0
 
     def _are_admissible(self, phases: Sequence[float]) -> list[bool | None]:
         begin = self.admissible_from if self._ends_at_graze else None
@@ -195,21 +190,21 @@ class StopMotions:
     def special(self, kind: str) -> list[SpecialOrbit]:
         """Return the special orbits of a type."""
         if kind == "GR":
-            return self._graze_of_interval() if self._ends_at_graze else self._grazes()
+            if not self._ends_at_graze:
+                return self._grazes()
+            begin = self.admissible_from
+            return [] if begin.any is False or begin.stop == 0 else [self._orbit(begin.phase, begin.any, begin.stop)]
         return self.orbits_at(self.orbits.saddle_nodes() if kind == "SN" else self.orbits.period_doublings())
 
     @cached_property
     def admissible_from(self) -> AdmissibleFrom:
         """Where the admissible orbits begin, if they are those above one phase.
 
-        Whether there are any is a question of the orbits of vanishing speed. Where round-off hides what these do, an
-        admissible orbit between the phase and the graze is the answer.
+        The orbits of vanishing speed decide whether there are any. Where round-off hides their contacts, one admissible
+        orbit between the phase and the graze shows that there are.
         """
-        response, sums, pattern = self.of.family.response, self.orbits.sums, self.of.family.pattern
-        is_alone, omega = self.of.other == ABSENT, self.orbits.omega
-        _, slow = contact_margin(
-            *response.blocks[:3], sums.state, sums.displacement, omega, pattern.half_periods, is_alone
-        )
+        sums, is_alone = self.orbits.sums, self.other == ABSENT
+        _, slow = contact_margin(sums.impulses, sums.displacement, is_alone)
         start, end = self.phases_of_impacts[0]
         if slow == NEVER:
             return AdmissibleFrom(end, 0, False)
@@ -219,9 +214,8 @@ class StopMotions:
         if self._restitution == 0.0:  # up to a phase the contact is pressed to the stop and stays on it
             released = _zero_after(start, self.orbits.pressing)
             if released > begin:
-                begin, stop = released, self.of.stop
-        motions = self._motions(ALIKE, self.of.other)
-        status, phase, touched = first_admissible(self.problem, motions, begin, end, self._scratch)
+                begin, stop = released, self.stop
+        status, phase, touched = first_admissible(self._motions(ALIKE, self.other), begin, end, self._scratch)
         if status == GIVEN_UP:
             raise _too_many_oscillations()
         answer = AdmissibleFrom(phase, touched or stop, None)
@@ -230,11 +224,6 @@ class StopMotions:
             if slow == ADMISSIBLE or self.contacts(middle).status[0] == NO_FURTHER_CONTACT:
                 return answer._replace(any=True)
         return answer
-
-    def _graze_of_interval(self) -> list[SpecialOrbit]:
-        """Return the orbit at which the admissible ones begin, if it touches a stop."""
-        begin = self.admissible_from
-        return [] if begin.any is False or begin.stop == 0 else [self._orbit(begin.phase, begin.any, begin.stop)]
 
     def _grazes(self) -> list[SpecialOrbit]:
         """Return the orbits at which a further contact begins, next to admissible ones."""
@@ -251,8 +240,7 @@ class StopMotions:
         if not clear:
             return []
         places, contacts = np.array(clear), _empty(len(clear))
-        motions = self._motions(ALIKE, self.of.other)
-        contacts_begin(self.problem, motions, places, np.array(met), -ORBIT_FLOOR, contacts, self._scratch)
+        contacts_begin(self._motions(ALIKE, self.other), places, np.array(met), contacts, self._scratch)
         return [
             self._orbit(phase, True, stop) for phase, stop in zip(places.tolist(), contacts.stop.tolist(), strict=True)
         ]
@@ -281,11 +269,6 @@ def _zero_after(start: float, polynomial: Harmonics) -> float:
 
 def _too_many_oscillations() -> ParameterError:
     return ParameterError("omega", "the motion oscillates too often between two impacts to be searched")
-
-
-def nearest_special(here: StopMotions, kind: str, gap: float) -> SpecialOrbit | None:
-    """Return the special orbit of a type whose gap is nearest to a given one; None where there is none of the type."""
-    return min(here.special(kind), key=lambda orbit: abs(orbit.gap - gap), default=None)
 
 
 def _parts(polynomial: Harmonics, unit: float = 1.0) -> Floats:

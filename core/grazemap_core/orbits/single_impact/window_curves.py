@@ -26,18 +26,15 @@ from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.single_impact.curve_parameter import CurveParameter, MovedGaps, VariedFactor, moved_gaps
 from grazemap_core.orbits.single_impact.curves import OneImpactCurve, explicit_curves
 from grazemap_core.orbits.single_impact.fixed_stop_curves import (
-    FixedStop,
     FrequencyLine,
     contacts_with_varied,
     graze_lines,
     lines,
     varied_graze,
 )
-from grazemap_core.orbits.single_impact.special_orbits import ABSENT, ALIKE, StopFamily
+from grazemap_core.orbits.single_impact.special_orbits import ABSENT, ALIKE, StopMotions
+from grazemap_core.orbits.tolerances import NEXT_STEP
 from grazemap_core.records import dataclass
-
-NEXT_STEP = 1.2
-"""Steps within which an impact velocity that falls linearly must reach zero: one, with a margin for its curvature."""
 
 BOTH_STOPS = VariedStop(1, together=True)
 """The clearance of both stops varies."""
@@ -175,35 +172,43 @@ def _between_symmetric(
     for multiple in range(1, max_multiple + 1):
         for symmetric in (False, True) if multiple % 2 else (False,):
             motion = _PieceMotion(multiple, 1, 1 if symmetric else -1, symmetric)
-            family = OrbitFamily.of(oscillator, multiple, symmetric)
-            curves_of = explicit_curves(StopFamily(family, 1, ALIKE), window.omega, family.steady_at(window.omega))
-            for kind, curves in curves_of.items():
-                for curve in curves:
-                    yield from _pieces(kind, _over(curve, gaps), window, motion)
+            families = OrbitFamily.of(oscillator, multiple, symmetric).over(window.omega)
+            motions = [StopMotions(forced, 1, ALIKE) for forced in families]
+            yield from _explicit_pieces(motions, gaps, window, motion)
 
 
 def _between_others(
     oscillator: Oscillator, window: _Window, max_multiple: int, varied: CurveParameter
 ) -> Iterator[CurvePiece]:
     place = contact_equilibrium(oscillator)
-    steady = OrbitFamily.of(oscillator, 1, False).steady_at(window.omega)
+    once = OrbitFamily.of(oscillator, 1, False).over(window.omega)
     for multiple in range(1, max_multiple + 1):
+        # the steady motion is that of every pattern
         family = OrbitFamily.of(oscillator, multiple, False)
+        families = [replace(forced, family=family) for forced in once]
         for stop in _stops(varied):
             motion = _PieceMotion(multiple, *((1, -1) if stop > 0 else (-1, 1)))
             gaps = moved_gaps(oscillator, varied, stop)
             if gaps is not None:
-                for kind, curves in explicit_curves(StopFamily(family, stop, gaps.other), window.omega, steady).items():
-                    for curve in curves:
-                        yield from _pieces(kind, _over(curve, gaps), window, motion)
+                motions = [StopMotions(forced, stop, gaps.other) for forced in families]
+                yield from _explicit_pieces(motions, gaps, window, motion)
                 continue
             assert isinstance(varied, VariedStop)
             assert varied.other is not None
-            fixed = FixedStop(StopFamily(family, stop, ABSENT), varied.other - stop * place)
-            for line in lines(fixed, window.omega, steady):
+            motions, gap = [StopMotions(forced, stop, ABSENT) for forced in families], varied.other - stop * place
+            for line in lines(motions, gap):
                 yield from _of_line(line.moved(-stop * place), window, motion)
-            for curve in contacts_with_varied(fixed, window.omega, steady):
+            for curve in contacts_with_varied(motions, gap):
                 yield from _pieces("GR", curve.moved(-stop * place), window, motion)
+
+
+def _explicit_pieces(
+    motions: list[StopMotions], gaps: MovedGaps, window: _Window, motion: _PieceMotion
+) -> Iterator[CurvePiece]:
+    """Yield the pieces of the curves of special orbits, from the orbits at the frequencies of a window."""
+    for kind, curves in explicit_curves(motions).items():
+        for curve in curves:
+            yield from _pieces(kind, _over(curve, gaps), window, motion)
 
 
 def _stops(varied: CurveParameter) -> tuple[int, ...]:
