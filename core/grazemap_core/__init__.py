@@ -4,7 +4,7 @@ Packages, each of which imports only those to its left:
 
     numerics < model < contact < simulation < grazing < orbits < continuation < maps < proofs
 
-`errors`, `codes`, `checks`, `arrays`, `records` and `tolerances` are shared by all of them. The compiled functions of
+`errors`, `codes`, `arrays`, `records` and `tolerances` are shared by all of them. The compiled functions of
 a package are in its `kernels`: they take arrays and numbers, return values and a status, and never raise.
 """
 

@@ -1,4 +1,4 @@
-"""Exceptions of the core.
+"""Exceptions of the core, and checks of arguments that raise them.
 
 Kernels return a status; the layer above them raises these exceptions. Every message may reach a user: it says what is
 wrong and what would help, and contains no values other than those that the user gave.
@@ -14,6 +14,12 @@ wrong and what would help, and contains no values other than those that the user
 from __future__ import annotations
 
 from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from grazemap_core.arrays import Floats
+from grazemap_core.tolerances import LARGEST_NUMBER, SMALLEST_NUMBER
 
 
 class CoreError(Exception):
@@ -74,3 +80,38 @@ class RecordSizeError(CoreError):
 
     def __reduce__(self) -> tuple[type[RecordSizeError], tuple[int, int]]:
         return type(self), (self.events, self.most_bytes)
+
+
+def checked_omega(omega: ArrayLike) -> Floats:
+    """Return forcing frequencies as a contiguous array of shape (n,).
+
+    Raises
+    ------
+    ParameterError
+        The values are not a list of numbers in the range [SMALLEST_NUMBER, LARGEST_NUMBER].
+    """
+    values = np.ascontiguousarray(omega, dtype=np.float64)
+    if values.ndim != 1:
+        raise ParameterError("omega", "must be a list of numbers")
+    check_range("omega", values)
+    return values
+
+
+def check_range(name: str, values: Floats, low: float = SMALLEST_NUMBER, high: float = LARGEST_NUMBER) -> None:
+    """Raise ParameterError when a number is outside the range [low, high]."""
+    if not np.all((values >= low) & (values <= high)):
+        raise ParameterError(name, f"every number must lie between {low:g} and {high:g}")
+
+
+def check_point(omega: float, clearance: float) -> None:
+    """Raise ParameterError when a frequency or a clearance is outside the range [SMALLEST_NUMBER, LARGEST_NUMBER]."""
+    for name, value in (("omega", omega), ("clearance", clearance)):
+        if not SMALLEST_NUMBER <= value <= LARGEST_NUMBER:
+            raise ParameterError(name, f"must lie between {SMALLEST_NUMBER:g} and {LARGEST_NUMBER:g}")
+
+
+def checked_order(name: str, value: int, minimum: int) -> int:
+    """Return `value`, or raise ParameterError when it is below `minimum`."""
+    if value < minimum:
+        raise ParameterError(name, f"must be {minimum} or greater")
+    return value

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from grazemap_core.checks import checked_omega
+from grazemap_core.errors import checked_omega
 from grazemap_core.model.harmonic_response import harmonic_amplitudes, require_damped
 from grazemap_core.model.oscillator import Oscillator
 

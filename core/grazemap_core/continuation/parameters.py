@@ -9,10 +9,9 @@ from typing import Any, Final
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.checks import check_range
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.stops import Clearance, both_clearances, unit_of_stops
-from grazemap_core.errors import ParameterError
+from grazemap_core.errors import ParameterError, check_range
 from grazemap_core.model.drive import Harmonic
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator

@@ -11,10 +11,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.checks import checked_order
 from grazemap_core.continuation import tolerances
 from grazemap_core.continuation.continuation_problem import ContinuationProblem
-from grazemap_core.errors import ParameterError
+from grazemap_core.errors import ParameterError, checked_order
 
 ENDS = {
     "range": "a parameter reaches the end of its range",

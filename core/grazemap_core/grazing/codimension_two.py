@@ -24,8 +24,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from grazemap_core.checks import checked_order
-from grazemap_core.errors import ConditioningError, ParameterError
+from grazemap_core.errors import ConditioningError, ParameterError, checked_order
 from grazemap_core.grazing.coincident_grazes import Coincidence, equal_maxima, united, vanishing_margins
 from grazemap_core.grazing.grazing_curve import ALIKE, VariedStop, first_recurrence, steady_motion
 from grazemap_core.grazing.kernels.root_isolation import NEAR_DOUBLE, TOO_MANY_CELLS, isolate

@@ -19,8 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
-from grazemap_core.checks import checked_omega, checked_order
-from grazemap_core.errors import ParameterError
+from grazemap_core.errors import ParameterError, checked_omega, checked_order
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.harmonic_response import contact_response, contact_response_and_slope, require_forced
 from grazemap_core.model.impulse_response import ImpulseResponse, evaluate, impulse_response

@@ -10,8 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.checks import checked_order
-from grazemap_core.errors import ParameterError
+from grazemap_core.errors import ParameterError, checked_order
 from grazemap_core.grazing.kernels.periodic_impulses import PeriodicImpulses, state_before_impulse
 from grazemap_core.model.impulse_response import ImpulseResponse, evaluate
 from grazemap_core.model.kernels.response_sums import ALTERNATING, SAME_SIGN

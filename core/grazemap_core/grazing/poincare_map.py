@@ -20,8 +20,7 @@ from numpy.typing import ArrayLike
 from scipy.linalg import block_diag
 
 from grazemap_core.arrays import Floats
-from grazemap_core.checks import checked_order
-from grazemap_core.errors import ParameterError
+from grazemap_core.errors import ParameterError, checked_order
 from grazemap_core.grazing.discontinuity_mapping import exact_mapping, leading_mapping, overshoot_of
 from grazemap_core.grazing.point import GrazingPoint, checked_deviation, interleaved
 from grazemap_core.grazing.tolerances import RETURN_ROUNDING, RETURN_SETTLED, RETURN_STEPS

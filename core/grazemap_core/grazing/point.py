@@ -17,9 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from grazemap_core.arrays import Complexes, Floats, Integers
-from grazemap_core.checks import checked_omega
 from grazemap_core.contact.stops import Clearance
-from grazemap_core.errors import ParameterError
+from grazemap_core.errors import ParameterError, checked_omega
 from grazemap_core.grazing.grazing_curve import ALIKE, VariedStop, steady_motion, wrapped
 from grazemap_core.grazing.tolerances import SURFACE_ROUNDING
 from grazemap_core.model.equilibrium import contact_equilibrium, equilibrium

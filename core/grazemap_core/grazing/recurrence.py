@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from grazemap_core.arrays import Floats, Integers
-from grazemap_core.checks import checked_omega, checked_order
-from grazemap_core.errors import ParameterError
+from grazemap_core.errors import ParameterError, checked_omega, checked_order
 from grazemap_core.grazing.grazing_curve import ALIKE, VariedStop, first_recurrence, grazing_curve, steady_motion
 from grazemap_core.grazing.point import GrazingPoint
 from grazemap_core.model.harmonic_response import require_damped, require_forced

@@ -29,9 +29,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import linear_sum_assignment
 
 from grazemap_core.arrays import Booleans, Floats, Integers
-from grazemap_core.checks import checked_order
 from grazemap_core.contact.stops import both_clearances
-from grazemap_core.errors import ParameterError
+from grazemap_core.errors import ParameterError, checked_order
 from grazemap_core.maps.basins import Attractor, attractors, check_limits, motions_from
 from grazemap_core.maps.map_settings import RunSettings
 from grazemap_core.maps.planes import ParameterLine, Point

@@ -16,9 +16,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from grazemap_core.arrays import Floats, Integers
-from grazemap_core.checks import checked_order
 from grazemap_core.contact.stops import Clearance
-from grazemap_core.errors import ParameterError
+from grazemap_core.errors import ParameterError, checked_order
 from grazemap_core.maps.kernels.lane_state import MEAN_POSITION, MEAN_VELOCITY
 from grazemap_core.maps.map_settings import BetweenStops, RunSettings
 from grazemap_core.maps.runner import Runner

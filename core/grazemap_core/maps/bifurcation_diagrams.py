@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.arrays import Floats
-from grazemap_core.checks import checked_order
-from grazemap_core.errors import ParameterError, RecordSizeError
+from grazemap_core.errors import ParameterError, RecordSizeError, checked_order
 from grazemap_core.maps.kernels.lane_state import FIGURES, HALVES_RUN, is_captured
 from grazemap_core.maps.map_settings import RunSettings
 from grazemap_core.maps.planes import ParameterLine, Point

@@ -11,8 +11,7 @@ from typing import Final
 import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
-from grazemap_core.checks import checked_order
-from grazemap_core.errors import ParameterError
+from grazemap_core.errors import ParameterError, checked_order
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.records import NamedTuple, dataclass
 from grazemap_core.simulation.observables import Observables

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from grazemap_core.arrays import Booleans, Complexes, Floats
-from grazemap_core.checks import checked_omega
-from grazemap_core.errors import ParameterError, SteadyMotionError
+from grazemap_core.errors import ParameterError, SteadyMotionError, checked_omega
 from grazemap_core.model.chain import Chain
 from grazemap_core.model.drive import Harmonic
 from grazemap_core.model.modal import ModalModel, modal_model

@@ -12,7 +12,7 @@ from grazemap_core.model.equilibrium import static_displacements
 from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.structure import Structure
-from grazemap_core.numerics.double_double_arrays import exact, transformed
+from grazemap_core.numerics.kernels.double_double import exact, transformed
 from grazemap_core.records import dataclass
 
 

@@ -14,7 +14,7 @@ from grazemap_core.errors import ParameterError
 from grazemap_core.model.kernels.elements import Elements
 from grazemap_core.model.structure import Structure
 from grazemap_core.model.tolerances import ASYMMETRY, FLOOR_OF_WEIGHTS
-from grazemap_core.numerics.double_double_arrays import exact, transformed
+from grazemap_core.numerics.kernels.double_double import exact, transformed
 from grazemap_core.records import dataclass
 from grazemap_core.tolerances import LARGEST_NUMBER, SMALLEST_NUMBER
 

@@ -30,7 +30,7 @@ from grazemap_core.model.tolerances import (
     UNDAMPED_RATIO,
     VANISHING_WEIGHT,
 )
-from grazemap_core.numerics.double_double_arrays import exact, transformed
+from grazemap_core.numerics.kernels.double_double import exact, transformed
 from grazemap_core.records import dataclass
 
 KEPT_MODELS = 16

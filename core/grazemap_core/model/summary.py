@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from grazemap_core.arrays import Floats
-from grazemap_core.checks import checked_omega
-from grazemap_core.errors import ParameterError
+from grazemap_core.errors import ParameterError, checked_omega
 from grazemap_core.model.drive import Harmonic
 from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.harmonic_response import response_and_slope

@@ -12,9 +12,8 @@ from functools import cached_property
 import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats
-from grazemap_core.checks import checked_omega
 from grazemap_core.contact.reference_motion import real_and_imaginary
-from grazemap_core.errors import ParameterError
+from grazemap_core.errors import ParameterError, checked_omega
 from grazemap_core.grazing.one_impact_family import Pattern, before_impulse
 from grazemap_core.model.harmonic_response import (
     harmonic_amplitudes,

@@ -13,8 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
-from grazemap_core.checks import checked_order
-from grazemap_core.errors import ParameterError
+from grazemap_core.errors import ParameterError, checked_order
 from grazemap_core.model.own_period import in_own_period
 from grazemap_core.orbits.tolerances import SAME_ORBIT
 from grazemap_core.records import dataclass

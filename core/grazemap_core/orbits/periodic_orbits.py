@@ -16,10 +16,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats
-from grazemap_core.checks import check_point
 from grazemap_core.contact.kernels.stops import Stops, gap_of
 from grazemap_core.contact.stops import Clearance, stops_between
-from grazemap_core.errors import ParameterError
+from grazemap_core.errors import ParameterError, check_point
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
 from grazemap_core.orbits.family import ForcedFamily, OrbitFamily

@@ -12,10 +12,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
-from grazemap_core.checks import checked_order
 from grazemap_core.contact.kernels.stops import gap_of
 from grazemap_core.contact.stops import Clearance, stops_between
-from grazemap_core.errors import ParameterError
+from grazemap_core.errors import ParameterError, checked_order
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
 from grazemap_core.orbits.family import OrbitFamily

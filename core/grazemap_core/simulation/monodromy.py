@@ -8,11 +8,10 @@ import numpy as np
 
 from grazemap_core import codes
 from grazemap_core.arrays import Complexes, Floats
-from grazemap_core.checks import checked_order
 from grazemap_core.contact.kernels.half_period import reason_of_end
 from grazemap_core.contact.kernels.runs import EVENT_COUNT, OK, RECORD_FULL
 from grazemap_core.contact.stops import Clearance
-from grazemap_core.errors import LinearisationError
+from grazemap_core.errors import LinearisationError, checked_order
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
 from grazemap_core.records import dataclass

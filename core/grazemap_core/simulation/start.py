@@ -11,7 +11,6 @@ from functools import cached_property
 import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats
-from grazemap_core.checks import checked_omega
 from grazemap_core.contact.forced import ForcedStructure, forced_structures
 from grazemap_core.contact.kernels.cells import Forced, reference_at
 from grazemap_core.contact.kernels.half_period import Contact, impact_at_stop
@@ -30,7 +29,7 @@ from grazemap_core.contact.kernels.sticking import held_motion, rest_after_impac
 from grazemap_core.contact.kernels.stops import Stops, gap_of
 from grazemap_core.contact.stops import Clearance, both_clearances, require_length, stops_of
 from grazemap_core.contact.trajectory_models import trajectory_models
-from grazemap_core.errors import ParameterError
+from grazemap_core.errors import ParameterError, checked_omega
 from grazemap_core.model.equilibrium import equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.records import dataclass

@@ -9,7 +9,6 @@ import numpy as np
 
 from grazemap_core import codes
 from grazemap_core.arrays import Floats
-from grazemap_core.checks import checked_order
 from grazemap_core.contact.kernels.cells import forced_part
 from grazemap_core.contact.kernels.half_period import reason_of_end
 from grazemap_core.contact.kernels.runs import (
@@ -24,7 +23,7 @@ from grazemap_core.contact.kernels.runs import (
     write_start,
 )
 from grazemap_core.contact.stops import Clearance
-from grazemap_core.errors import RecordSizeError
+from grazemap_core.errors import RecordSizeError, checked_order
 from grazemap_core.model.harmonic_response import hidden_by_rounding
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period

@@ -118,7 +118,7 @@ def _swap(process: str, field: str, other: str, *inside: str) -> Callable[[], No
 
 
 PLANTS = {
-    "numerics": Plant(_rounding("numerics.double_double_arrays", "transformed"), "structures"),
+    "numerics": Plant(_rounding("numerics.kernels.double_double", "transformed"), "structures"),
     "model": Plant(_rounding("model.harmonic_response", "contact_response"), "grazing-curves"),
     "contact": Plant(_rounding("contact.stops", "stops_of"), "trajectories"),
     "simulation": Plant(_rounding("simulation.start", "initial_state"), "trajectories"),

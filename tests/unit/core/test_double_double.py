@@ -9,9 +9,8 @@ import pytest
 from flint import arb
 
 from grazemap_core.arrays import Floats
-from grazemap_core.numerics.double_double_arrays import exact, transformed
 from grazemap_core.numerics.jit.compiled import kernel
-from grazemap_core.numerics.kernels.double_double import TWO_PI, Pair, add, divide, multiply, scale
+from grazemap_core.numerics.kernels.double_double import TWO_PI, Pair, add, divide, exact, multiply, scale, transformed
 from tests.oracles.fifty_digits import digits
 
 ACCURACY = Fraction(1, 2**102)

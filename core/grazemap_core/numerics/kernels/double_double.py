@@ -1,7 +1,8 @@
 """Arithmetic with unevaluated sums of two doubles: about 32 digits, from error-free transformations.
 
 No function relies on a fused multiply-add; callers must not be compiled with fast-math. Factors must not overflow when
-they are split (|a| < 1e300). Python may also call the functions with pairs of arrays, element by element.
+they are split (|a| < 1e300). Python may also call the functions with pairs of arrays, element by element;
+`transformed` multiplies a matrix with such pairs.
 
 References
 ----------
@@ -11,6 +12,8 @@ Dekker, Numerische Mathematik 18 (1971) 224-242; Hida, Li & Bailey, ARITH-15 (20
 from __future__ import annotations
 
 from typing import Generic, TypeVar
+
+import numpy as np
 
 from grazemap_core.arrays import Floats
 from grazemap_core.numerics.jit.compiled import inlined_formula
@@ -95,3 +98,16 @@ def divide(a: Pair[Number], b: Pair[Number]) -> Pair[Number]:
     first = a.high / b.high
     rest = add(a, negative(scale(b, first)))
     return two_sum(first, rest.high / b.high)
+
+
+def exact(values: Floats) -> Pair[Floats]:
+    """Return doubles as pairs."""
+    return Pair(values, np.zeros_like(values))
+
+
+def transformed(matrix: Floats, vectors: Pair[Floats]) -> Pair[Floats]:
+    """Return ``matrix @ vectors`` for a matrix (m, n) of doubles and pairs (n, k), shape (m, k)."""
+    result = exact(np.zeros((len(matrix), vectors.high.shape[1])))
+    for j in range(matrix.shape[1]):
+        result = add(result, scale(Pair(vectors.high[None, j], vectors.low[None, j]), matrix[:, j, None]))
+    return result

@@ -16,8 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from grazemap_core.arrays import Booleans, Floats, Integers
-from grazemap_core.checks import checked_order
-from grazemap_core.errors import ParameterError
+from grazemap_core.errors import ParameterError, checked_order
 from grazemap_core.grazing.grazing_curve import VariedStop, steady_motion
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
