@@ -1,7 +1,8 @@
 """A supervisor whose maps are products of their axes: real workers, queues and store, no core.
 
 Run as `python planted.py REDIS_URL WORKERS MODE`, or `supervise` in a process of its own. What a tile does besides
-depends on MODE: "fast"; "slow" (sleeps 0.6 s); "long" (sleeps for longer than a lease); "busy" (computes for
+depends on MODE: "fast"; "slow" (computes for two ticks of the clock of processor time, so that it is seen to make
+progress, and sleeps 0.6 s); "long" (sleeps for longer than a lease); "busy" (computes for
 BUSY_SECONDS); "asked" (computes for as many milliseconds as `max_periods` says); "endless" (sleeps a minute); "raises";
 "dies" (kills its own process).
 """
@@ -64,6 +65,7 @@ def planted(mode: str) -> Process:
 
     def tile(request: UnfoldingMapsRequest, rectangle: Tile) -> Document:
         if mode == "slow":
+            compute_for(2.0 / os.sysconf("SC_CLK_TCK"))
             time.sleep(0.6)
         elif mode == "long":
             time.sleep(LONG_SECONDS)
