@@ -29,7 +29,7 @@ STACKS := tests/system/chaos
 TEST_CACHE := .cache/grazemap
 WITH_KERNELS := test digests digests-all thorough general hardware verify beside-borders chaotic-transients \
 	long-transients one-period resolve memory chaos fairness unfair first-window load small-questions estimates planes \
-	proofs mutants browser resonance
+	proofs mutants browser resonance tolerance-sizes
 $(WITH_KERNELS): export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 $(WITH_KERNELS): export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 $(WITH_KERNELS) kernels-of-lanes other-kernels: | $(TEST_CACHE)/kernels
@@ -197,6 +197,9 @@ long-transients: $(STAMP)  #: how many of 500 long transients that double precis
 
 one-period: kernels $(STAMP)  #: ten machines as harmonic p at omega and harmonic 1 at p omega, every process (ten minutes)
 	$(BIN)/python -m tests.slow.one_period
+
+tolerance-sizes: $(STAMP)  #: sizes in tolerances modules that no bound gives, measured on fifty random systems (ten minutes)
+	$(BIN)/python -m tests.slow.tolerance_sizes 50
 
 resolve: $(STAMP)  #: 200 points after long transients, resolved and run once more exactly (an hour)
 	$(BIN)/python -m tests.slow.resolved_points 200

@@ -39,6 +39,7 @@ TARGETS = (
     "chaotic-transients",
     "long-transients",
     "one-period",
+    "tolerance-sizes",
     "resolve",
     "memory",
     "schemathesis",

@@ -124,13 +124,14 @@ FREQUENCY_ACCURACY: Final = 1e-300
 
 LAG_STEPS: Final = 128
 """Lags per forcing period at which orbits with two impacts are looked for. Two orbits whose lags are closer meet at a
-saddle-node nearby. The mismatch of the second gap is smooth on the scale of the shortest period of the structure; if
-that is as short as a few steps, orbits may be missed."""
+saddle-node nearby, and next to a lag at which phases of the first impact end an orbit has no neighbour on the grid.
+Beside a grid eight times as fine, 7 of 359 orbits of fifty random systems are missed, 1 for the first reason and 6 for
+the second; none of the 7 is admissible, as 56 of all are (`make tolerance-sizes`)."""
 
 GRAZE_PHASES: Final = 48
-"""Phases, for every harmonic, between two zeros of the impact speed at which further contacts are looked for. For the
-default oscillator the admissible orbits are one interval of phases, of a tenth of the distance between the zeros or
-more."""
+"""Phases, for every harmonic, between two zeros of the impact speed at which further contacts are looked for. An
+interval of admissible phases between two of them is missed. Beside a grid eight times as fine, 3 of 416 such intervals
+of fifty random systems are missed; the narrowest has 0.11 of a step (`make tolerance-sizes`)."""
 
 GRAZE_OFFSET: Final = 1e-6
 """The first and the last of these phases are this share of the distance between the zeros away from them. The excess at
