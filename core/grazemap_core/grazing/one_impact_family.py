@@ -7,6 +7,8 @@ response at the multipliers +1 and -1 (theory, "One impact a period").
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from grazemap_core.arrays import Floats
@@ -51,25 +53,85 @@ class Pattern:
 class PeriodicSums:
     """``sum_{k>=1} mu^-k g(k tau)`` and the same with g', g'', at ``mu = +1`` and ``mu = -1``.
 
-    For symmetric motions, whose impulses alternate in sign, the signs of the terms are alternated too.
+    For symmetric motions, whose impulses alternate in sign, the signs of the terms are alternated too. The blocks'
+    states are their contributions to displacement and velocity of the contact.
     """
 
-    displacement: float
-    """H at mu = +1: displacement of the contact just before an impact, caused by unit impulses at all earlier ones."""
-    velocity: float
-    """H' at mu = +1: its velocity."""
-    acceleration: float
-    """H'' at mu = +1: its acceleration."""
-    acceleration_after: float
-    """The acceleration just after an impulse, caused by it and all earlier ones."""
-    doubled_displacement: float
-    """H at mu = -1."""
-    doubled_velocity: float
-    """H' at mu = -1."""
-    doubled_acceleration: float
-    """H'' at mu = -1."""
-    impulses: PeriodicImpulses
-    """The impulses at mu = +1, as the kernels take them."""
+    response: ImpulseResponse
+    """g, the response to one impulse."""
+    pattern: Pattern
+    """The pattern of impacts."""
+    omega: float
+    """Frequency of the forces."""
+
+    @cached_property
+    def before(self) -> Floats:
+        """(N, 2) The blocks' state just before one of the unit impulses, at mu = +1."""
+        return self._before(self.pattern.kinds[0])
+
+    @cached_property
+    def after(self) -> Floats:
+        """(N, 2) The blocks' state just after one of the unit impulses, at mu = +1."""
+        return self.before + self.response.unit_impulse
+
+    @cached_property
+    def doubled_before(self) -> Floats:
+        """(N, 2) As `before`, at mu = -1."""
+        return self._before(self.pattern.kinds[1])
+
+    @cached_property
+    def displacement(self) -> float:
+        """H at mu = +1: displacement of the contact just before an impact, caused by unit impulses at earlier ones."""
+        return float(np.add.reduce(self.before[:, 0]))
+
+    @cached_property
+    def velocity(self) -> float:
+        """H' at mu = +1: its velocity."""
+        return float(np.add.reduce(self.before[:, 1]))
+
+    @cached_property
+    def acceleration(self) -> float:
+        """H'' at mu = +1: its acceleration."""
+        return self._acceleration(self.before)
+
+    @cached_property
+    def acceleration_after(self) -> float:
+        """The acceleration just after an impulse, caused by it and all earlier ones."""
+        return self._acceleration(self.after)
+
+    @cached_property
+    def doubled_displacement(self) -> float:
+        """H at mu = -1."""
+        return float(np.add.reduce(self.doubled_before[:, 0]))
+
+    @cached_property
+    def doubled_velocity(self) -> float:
+        """H' at mu = -1."""
+        return float(np.add.reduce(self.doubled_before[:, 1]))
+
+    @cached_property
+    def doubled_acceleration(self) -> float:
+        """H'' at mu = -1."""
+        return self._acceleration(self.doubled_before)
+
+    @cached_property
+    def impulses(self) -> PeriodicImpulses:
+        """The impulses at mu = +1, as the kernels take them."""
+        return PeriodicImpulses(
+            decay=self.response.decay,
+            discriminant=self.response.discriminant,
+            frequency_squared=self.response.frequency_squared,
+            after=self.after,
+            omega=self.omega,
+            half_periods=self.pattern.half_periods,
+        )
+
+    def _before(self, kind: int) -> Floats:
+        return before_impulse(kind, self.response, self.response.unit_impulse, self.pattern.spacing(self.omega))
+
+    def _acceleration(self, state: Floats) -> float:
+        response = self.response
+        return float(np.add.reduce(-response.frequency_squared * state[:, 0] - 2.0 * response.decay * state[:, 1]))
 
 
 def before_impulse(kind: int, blocks: ImpulseResponse | ModalModel, unit_impulse: Floats, span: float) -> Floats:
@@ -80,37 +142,6 @@ def before_impulse(kind: int, blocks: ImpulseResponse | ModalModel, unit_impulse
     first, second = np.ascontiguousarray(unit_impulse[:, 0]), np.ascontiguousarray(unit_impulse[:, 1])
     of_blocks = blocks.decay, blocks.discriminant, blocks.frequency_squared, first, second
     return np.asarray(state_before_impulse(kind, of_blocks, span))
-
-
-def periodic_sums(response: ImpulseResponse, pattern: Pattern, omega: float) -> PeriodicSums:
-    """Return the sums of a family."""
-    tau = pattern.spacing(omega)
-    same, doubled = (state_before_impulse(kind, response.blocks, tau) for kind in pattern.kinds)
-    total = np.add.reduce
-    after = same.copy()
-    after[:, 0] += response.value
-    after[:, 1] += response.slope
-    acceleration, acceleration_after, doubled_acceleration = (
-        float(total(-response.frequency_squared * state[:, 0] - 2.0 * response.decay * state[:, 1]))
-        for state in (same, after, doubled)
-    )
-    return PeriodicSums(
-        displacement=float(total(same[:, 0])),
-        velocity=float(total(same[:, 1])),
-        acceleration=acceleration,
-        acceleration_after=acceleration_after,
-        doubled_displacement=float(total(doubled[:, 0])),
-        doubled_velocity=float(total(doubled[:, 1])),
-        doubled_acceleration=doubled_acceleration,
-        impulses=PeriodicImpulses(
-            decay=response.decay,
-            discriminant=response.discriminant,
-            frequency_squared=response.frequency_squared,
-            after=after,
-            omega=float(omega),
-            half_periods=pattern.half_periods,
-        ),
-    )
 
 
 def sum_slopes(response: ImpulseResponse, pattern: Pattern, omega: float) -> tuple[tuple[float, float, float], ...]:

@@ -5,6 +5,8 @@ The zeros of g and of its periodic sums are the codimension-two points of the gr
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -34,6 +36,11 @@ class ImpulseResponse:
     """The smallest decay rate of all exponents; ``exp(slowest s) g(s)`` neither overflows nor underflows."""
     conditioning: float
     """Condition number of the modal model."""
+
+    @cached_property
+    def unit_impulse(self) -> Floats:
+        """(N, 2) Changes of each block's part in displacement and velocity of the contact by a unit impulse."""
+        return np.stack([self.value, self.slope], axis=1)
 
     @property
     def blocks(self) -> ResponseBlocks:

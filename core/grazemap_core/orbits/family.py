@@ -14,7 +14,7 @@ import numpy as np
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.contact.reference_motion import real_and_imaginary
 from grazemap_core.errors import ParameterError, checked_omega
-from grazemap_core.grazing.one_impact_family import Pattern, before_impulse
+from grazemap_core.grazing.one_impact_family import Pattern, PeriodicSums, before_impulse
 from grazemap_core.model.harmonic_response import (
     harmonic_amplitudes,
     require_damped,
@@ -104,10 +104,12 @@ class OrbitFamily:
         """
         values = checked_omega(omega)
         parts = [harmonic_amplitudes(self.oscillator, values, harmonic) for harmonic in self.oscillator.forces]
-        families = [
-            ForcedFamily(self, at, amplitudes)
-            for at, amplitudes in zip(values.tolist(), np.stack(parts, axis=1), strict=True)
+        slopes = [
+            response_slope(self.oscillator, values, harmonic, part[:, :-1])
+            for harmonic, part in zip(self.oscillator.forces, parts, strict=True)
         ]
+        at_each = zip(values.tolist(), np.stack(parts, axis=1), np.stack(slopes, axis=1), strict=True)
+        families = [ForcedFamily(self, *parts_there) for parts_there in at_each]
         if not all(0.0 < family.steady_size < math.inf for family in families):
             raise ParameterError(
                 "omega", "is a frequency at which the amplitude of the contact overflows or underflows"
@@ -130,6 +132,8 @@ class ForcedFamily:
     """Angular frequency of the forces."""
     steady: Complexes
     """(H, N + 1) Amplitudes of the steady motion by harmonic: displacements, then the contact."""
+    steady_by_omega: Complexes
+    """(H,) Derivatives of the contact's amplitudes with respect to omega."""
 
     @property
     def span(self) -> float:
@@ -141,30 +145,26 @@ class ForcedFamily:
         """A bound of the steady motion of the contact."""
         return float(sum(abs(amplitude) for amplitude in self.steady[:, -1]))
 
+    @cached_property
+    def sums(self) -> PeriodicSums:
+        """The response to unit impulses, one per span."""
+        return PeriodicSums(self.family.response, self.family.pattern, self.omega)
+
     def problem(self, length: float) -> OrbitProblem:
         """Return the equations of the orbits, with `length` the unit of length."""
-        family, blocks, span = self.family, self.family.response, self.span
-        unit_impulse = np.stack([blocks.value, blocks.slope], axis=1)
-        kinds = family.pattern.kinds
-        periodic, doubled = (before_impulse(kind, blocks, unit_impulse, span) + unit_impulse for kind in kinds)
-        periodic_impulse_by_span = span * before_impulse(kinds[0], blocks, periodic, span)
-        at, oscillator = np.array([self.omega]), family.oscillator
-        slopes = [
-            complex(response_slope(oscillator, at, harmonic, self.steady[h : h + 1, :-1])[0]) / length
-            for h, harmonic in enumerate(oscillator.forces)
-        ]
+        family, blocks, span, sums = self.family, self.family.response, self.span, self.sums
         return OrbitProblem(
             decay=blocks.decay,
             discriminant=blocks.discriminant,
             frequency_squared=blocks.frequency_squared,
             frequency=np.sqrt(blocks.frequency_squared),
-            unit_impulse=unit_impulse,
-            periodic_impulse=periodic,
-            doubled_impulse=doubled,
-            periodic_impulse_by_span=periodic_impulse_by_span,
+            unit_impulse=blocks.unit_impulse,
+            periodic_impulse=sums.after,
+            doubled_impulse=sums.doubled_before + blocks.unit_impulse,
+            periodic_impulse_by_span=span * before_impulse(family.pattern.kinds[0], blocks, sums.after, span),
             orders=family.orders,
             steady=real_and_imaginary(self.steady[:, -1] / length),
-            steady_by_omega=real_and_imaginary(np.array(slopes)),
+            steady_by_omega=real_and_imaginary(np.array([slope / length for slope in self.steady_by_omega.tolist()])),
             steady_unit=1.0,
             omega=self.omega,
             length=float(length),

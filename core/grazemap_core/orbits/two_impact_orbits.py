@@ -13,7 +13,6 @@ import numpy as np
 
 from grazemap_core.arrays import Floats
 from grazemap_core.contact.kernels.stops import Stops, gap_of
-from grazemap_core.grazing.one_impact_family import before_impulse
 from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.orbits.family import ForcedFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
@@ -50,19 +49,16 @@ class _Lags:
         self.omega, self.sides = forced.omega, (first, -first)
         self.gaps = [gap_of(stops, stop) for stop in self.sides]
         self.rebounds = [rebound_of(stops, stop) for stop in self.sides]
-        pattern, response = forced.family.pattern, forced.family.response
+        pattern, response, sums = forced.family.pattern, forced.family.response, forced.sums
         self.multiple, self.span = pattern.multiple, forced.span
         self.steady = Harmonics.of_steady(forced)
-        unit = np.stack([response.value, response.slope], axis=1)
         self.blocks = list(zip(response.decay, response.discriminant, response.frequency_squared, strict=True))
-        self.before = before_impulse(pattern.kinds[0], response, unit, self.span)
-        self.after = self.before + unit
+        self.at_impulse, self.after = (sums.displacement, sums.velocity), sums.after
 
     def _response(self, time: float) -> tuple[float, float]:
         """Return displacement and velocity a time after one of the periodic unit impulses; 0: just before one."""
         if time == 0.0:
-            total = np.sum(self.before, axis=0)
-            return float(total[0]), float(total[1])
+            return self.at_impulse
         place, rate = 0.0, 0.0
         for (decay, discriminant, square), (first, second) in zip(self.blocks, self.after.tolist(), strict=True):
             e11, e12, e21, e22 = block_flow(decay, discriminant, square, time)

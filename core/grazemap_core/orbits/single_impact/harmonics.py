@@ -62,16 +62,27 @@ class Harmonics:
 
         A double zero may be missed, or found as two that are farther apart.
         """
-        slope, size, phases = self.derivative(), abs(self.constant) + sum(map(abs, self.amplitudes)), []
+        size, slopes, phases = abs(self.constant) + sum(map(abs, self.amplitudes)), self.derivative().amplitudes, []
         for phase in self._near_zeros():
+            value, rate = self._value_and_slope(phase, slopes)
             for _ in range(PHASE_POLISHING_STEPS):
-                before, rate = phase, slope.at(phase)
-                phase -= self.at(phase) / rate if rate != 0.0 else 0.0
+                before = phase
+                phase -= value / rate if rate != 0.0 else 0.0
                 if phase == before:
                     break
-            if abs(self.at(phase)) <= ON_UNIT_CIRCLE * size:
+                value, rate = self._value_and_slope(phase, slopes)
+            if abs(value) <= ON_UNIT_CIRCLE * size:
                 phases.append(within_turn(phase))
         return apart_on_circle(phases)
+
+    def _value_and_slope(self, phase: float, slopes: tuple[complex, ...]) -> tuple[float, float]:
+        """Return the value, and the derivative from its amplitudes."""
+        value, slope = self.constant, 0.0
+        for order, amplitude, of_slope in zip(self.orders, self.amplitudes, slopes, strict=True):
+            turn = cmath.exp(1j * order * phase)
+            value += (amplitude * turn).imag
+            slope += (of_slope * turn).imag
+        return value, slope
 
     def _near_zeros(self) -> list[float]:
         """Return phases near all zeros: angles of the roots, on the unit circle, of a polynomial of exp(i phase)."""

@@ -16,7 +16,7 @@ from functools import cached_property
 
 from grazemap_core.contact.kernels.stops import Stops, gap_of
 from grazemap_core.errors import ConditioningError
-from grazemap_core.grazing.one_impact_family import PeriodicSums, periodic_sums
+from grazemap_core.grazing.one_impact_family import PeriodicSums
 from grazemap_core.model.tolerances import RESPONSE_ROUNDOFF
 from grazemap_core.orbits.family import ForcedFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
@@ -54,10 +54,10 @@ class OneImpactOrbits:
         """The steady motion toward the stop."""
         return Harmonics.of_steady(self.forced).times(float(self.stop))
 
-    @cached_property
+    @property
     def sums(self) -> PeriodicSums:
         """The response to unit impulses at all earlier impacts."""
-        return periodic_sums(self.forced.family.response, self.forced.family.pattern, self.omega)
+        return self.forced.sums
 
     @property
     def straight(self) -> float:
