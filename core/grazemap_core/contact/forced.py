@@ -72,43 +72,43 @@ class ForcedStructure:
     @cached_property
     def kernels(self) -> Forced:
         """The arrays of the kernels, at phase 0."""
+        return self._from_phase(0.0)
+
+    def at_phase(self, phase: float) -> Forced:
+        """Return the arrays of the kernels for a forcing phase at t = 0."""
+        return self.kernels if phase == 0.0 else self._from_phase(phase)
+
+    def _from_phase(self, phase: float) -> Forced:
+        steady, omega, fixed = self.steady, self.omega, self._at_any_phase
+        reference = reference_motion(self.models, steady, omega, fixed["step"], self.cells, phase, fixed["output_row"])
+        return Forced(CellProblem(**fixed, **reference), self._held(phase))
+
+    @cached_property
+    def _at_any_phase(self) -> dict[str, Any]:
+        """The fields of `CellProblem` that do not depend on the phase."""
         free, cells = self.models.free, self.cells
         length = cell_length(self.omega, cells)
         flow_table = np.empty(((cells if cells // 2 <= MAX_TABLED_CELLS else MAX_TABLED_CELLS) + 1, free.size, 8))
         tabulate_flow(free.decay, free.frequency_squared, length, flow_table)
-        fixed = free_arrays(self.models, 0.0 if np.all(free.frequency_squared > 0.0) else self.omega)
-        problem = CellProblem(
-            **fixed,
-            cell_flow=np.ascontiguousarray(flow_table[1, :, :4]),
-            flow_table=flow_table,
-            **self._reference(length.high, 0.0, fixed["output_row"]),
-            omega=float(self.omega),
-            step=length.high,
-            cells=cells,
-        )
-        return Forced(problem, self._held(0.0))
-
-    def at_phase(self, phase: float) -> Forced:
-        """Return the arrays of the kernels for a forcing phase at t = 0."""
-        free = self.kernels.free
-        if phase == 0.0:
-            return self.kernels
-        return Forced(free._replace(**self._reference(free.step, phase, free.output_row)), self._held(phase))
-
-    def _reference(self, step: float, phase: float, output_row: Floats) -> dict[str, Any]:
-        """Return the fields of `CellProblem` that depend on the phase."""
-        return reference_motion(self.models, self.steady, self.omega, step, self.cells, phase, output_row)
+        return {
+            **free_arrays(self.models, 0.0 if np.all(free.frequency_squared > 0.0) else self.omega),
+            "cell_flow": np.ascontiguousarray(flow_table[1, :, :4]),
+            "flow_table": flow_table,
+            "omega": float(self.omega),
+            "step": length.high,
+            "cells": cells,
+        }
 
     def _held(self, phase: float) -> HeldProblem:
         """Return the arrays of the kernels for a resting contact."""
-        size, (steady, exists) = self.oscillator.size, self._held_steady
+        size, (steady, exists, acceleration) = self.oscillator.size, self._steady_at_rest
         orders = [harmonic.order for harmonic in self.oscillator.forces]
         factors = np.stack(
             [whole_period(np.exp(1j * (k * phase)) * half_period_phases(self.cells, k), k) for k in orders]
         )
         return HeldProblem(
             **self.models.held_arrays,
-            steady_table=real_and_imaginary(self._acceleration_at_rest[:, None] * factors),
+            steady_table=real_and_imaginary(acceleration[:, None] * factors),
             phase_factors=real_and_imaginary(factors),
             steady=real_and_imaginary(steady @ self.models.constrained.basis.T),
             free_steady=real_and_imaginary(self.steady[:, :, :size].reshape(len(self.steady), -1)),
@@ -117,36 +117,35 @@ class ForcedStructure:
         )
 
     @cached_property
-    def _held_steady(self) -> tuple[Complexes, bool]:
-        """The steady amplitudes of the constrained structure by harmonic, (H, N - 1), and whether they exist."""
-        constrained, blocks, count = self.models.constrained, self.models.held, self.oscillator.size - 1
-        steady, exists = np.zeros((len(self.oscillator.forces), count), dtype=np.complex128), True
-        if blocks is None:  # without a motion to compute, or without an accurate closed form of it
-            return steady, count == 0
-        assert constrained.structure is not None
-        row = constrained.stiffness_row if np.any(constrained.stiffness_row) else np.ones(blocks.size)
-        for h, harmonic in enumerate(self.oscillator.forces):
-            on_basis = harmonic.amplitudes(np.array([self.omega]))[0][None] @ constrained.basis
-            if np.any(on_basis):
-                response = constrained.structure.response(np.array([harmonic.order * self.omega]), on_basis, row)
-                steady[h] = response.amplitudes[0]
-                resonant = resonant_modes(blocks, np.array([self.omega]), harmonic.order, HELD_RESONANT_GAIN)
-                exists = exists and bool(response.exists[0]) and not bool(np.any(resonant))
-        return steady, exists
+    def _steady_at_rest(self) -> tuple[Complexes, bool, Complexes]:
+        """The steady motion of the constrained structure: amplitudes, whether they exist, acceleration of the contact.
 
-    @cached_property
-    def _acceleration_at_rest(self) -> Complexes:
-        """The acceleration of a resting contact by each harmonic if it were released, at phase 0, (H,)."""
-        oscillator, constrained, (steady, exists) = self.oscillator, self.models.constrained, self._held_steady
-        result = np.zeros(len(steady), dtype=np.complex128)
+        The amplitudes are (H, N - 1) by harmonic. The acceleration (H,), at phase 0, is that of a contact at rest if it
+        were released.
+        """
+        oscillator, constrained, blocks = self.oscillator, self.models.constrained, self.models.held
+        at, exists = np.array([self.omega]), blocks is not None or oscillator.size == 1  # else there is no closed form
+        steady = np.zeros((len(oscillator.forces), oscillator.size - 1), dtype=np.complex128)
+        forces = [harmonic.amplitudes(at)[0] for harmonic in oscillator.forces]
+        if blocks is not None:
+            assert constrained.structure is not None
+            row = constrained.stiffness_row if np.any(constrained.stiffness_row) else np.ones(blocks.size)
+            for h, harmonic in enumerate(oscillator.forces):
+                on_basis = forces[h][None] @ constrained.basis
+                if np.any(on_basis):
+                    response = constrained.structure.response(harmonic.order * at, on_basis, row)
+                    steady[h] = response.amplitudes[0]
+                    resonant = resonant_modes(blocks, at, harmonic.order, HELD_RESONANT_GAIN)
+                    exists = exists and bool(response.exists[0]) and not bool(np.any(resonant))
+        acceleration = np.zeros(len(steady), dtype=np.complex128)
         for h, harmonic in enumerate(oscillator.forces):
-            force = complex(np.sum(oscillator.jump * harmonic.amplitudes(np.array([self.omega]))[0]))
+            force = complex(np.sum(oscillator.jump * forces[h]))
             if exists:
                 rows = zip(constrained.stiffness_row.tolist(), constrained.damping_row.tolist(), strict=True)
                 for (stiff, viscous), amplitude in zip(rows, steady[h].tolist(), strict=True):
                     force -= (stiff + 1j * harmonic.order * self.omega * viscous) * amplitude
-            result[h] = force / oscillator.effective_mass
-        return result
+            acceleration[h] = force / oscillator.effective_mass
+        return steady, exists, acceleration
 
     def free_state(self, displacement: Floats, velocity: Floats, phase: float) -> Floats:
         """Return a state minus the reference motion at this phase, in block coordinates, shape (N, 2).
