@@ -7,17 +7,19 @@ response at the multipliers +1 and -1 (theory, "One impact a period").
 
 from __future__ import annotations
 
-from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
 from grazemap_core.arrays import Floats
 from grazemap_core.errors import ParameterError, checked_order
-from grazemap_core.grazing.kernels.periodic_impulses import PeriodicImpulses, state_before_impulse
+from grazemap_core.grazing.kernels.periodic_impulses import PeriodicImpulses, states_before_impulse
 from grazemap_core.model.impulse_response import ImpulseResponse, evaluate
 from grazemap_core.model.kernels.response_sums import ALTERNATING, SAME_SIGN
 from grazemap_core.model.modal import ModalModel
-from grazemap_core.records import dataclass
+from grazemap_core.records import NamedTuple, dataclass
+
+Numbers = TypeVar("Numbers", float, Floats)
 
 
 @dataclass(frozen=True)
@@ -39,7 +41,7 @@ class Pattern:
         """Half forcing periods between one impact and the next."""
         return self.multiple if self.symmetric else 2 * self.multiple
 
-    def spacing(self, omega: float) -> float:
+    def spacing(self, omega: Numbers) -> Numbers:
         """Return the time between one impact and the next."""
         return self.half_periods * (np.pi / omega)
 
@@ -49,99 +51,69 @@ class Pattern:
         return (ALTERNATING, SAME_SIGN) if self.symmetric else (SAME_SIGN, ALTERNATING)
 
 
-@dataclass(frozen=True, eq=False)
-class PeriodicSums:
+class PeriodicSums(NamedTuple):
     """``sum_{k>=1} mu^-k g(k tau)`` and the same with g', g'', at ``mu = +1`` and ``mu = -1``.
 
-    For symmetric motions, whose impulses alternate in sign, the signs of the terms are alternated too. The blocks'
-    states are their contributions to displacement and velocity of the contact.
+    For symmetric motions, whose impulses alternate in sign, the signs of the terms are alternated too.
     """
 
-    response: ImpulseResponse
-    """g, the response to one impulse."""
-    pattern: Pattern
-    """The pattern of impacts."""
-    omega: float
-    """Frequency of the forces."""
-
-    @cached_property
-    def before(self) -> Floats:
-        """(N, 2) The blocks' state just before one of the unit impulses, at mu = +1."""
-        return self._before(self.pattern.kinds[0])
-
-    @cached_property
-    def after(self) -> Floats:
-        """(N, 2) The blocks' state just after one of the unit impulses, at mu = +1."""
-        return self.before + self.response.unit_impulse
-
-    @cached_property
-    def doubled_before(self) -> Floats:
-        """(N, 2) As `before`, at mu = -1."""
-        return self._before(self.pattern.kinds[1])
-
-    @cached_property
-    def displacement(self) -> float:
-        """H at mu = +1: displacement of the contact just before an impact, caused by unit impulses at earlier ones."""
-        return float(np.add.reduce(self.before[:, 0]))
-
-    @cached_property
-    def velocity(self) -> float:
-        """H' at mu = +1: its velocity."""
-        return float(np.add.reduce(self.before[:, 1]))
-
-    @cached_property
-    def acceleration(self) -> float:
-        """H'' at mu = +1: its acceleration."""
-        return self._acceleration(self.before)
-
-    @cached_property
-    def acceleration_after(self) -> float:
-        """The acceleration just after an impulse, caused by it and all earlier ones."""
-        return self._acceleration(self.after)
-
-    @cached_property
-    def doubled_displacement(self) -> float:
-        """H at mu = -1."""
-        return float(np.add.reduce(self.doubled_before[:, 0]))
-
-    @cached_property
-    def doubled_velocity(self) -> float:
-        """H' at mu = -1."""
-        return float(np.add.reduce(self.doubled_before[:, 1]))
-
-    @cached_property
-    def doubled_acceleration(self) -> float:
-        """H'' at mu = -1."""
-        return self._acceleration(self.doubled_before)
-
-    @cached_property
-    def impulses(self) -> PeriodicImpulses:
-        """The impulses at mu = +1, as the kernels take them."""
-        return PeriodicImpulses(
-            decay=self.response.decay,
-            discriminant=self.response.discriminant,
-            frequency_squared=self.response.frequency_squared,
-            after=self.after,
-            omega=self.omega,
-            half_periods=self.pattern.half_periods,
-        )
-
-    def _before(self, kind: int) -> Floats:
-        return before_impulse(kind, self.response, self.response.unit_impulse, self.pattern.spacing(self.omega))
-
-    def _acceleration(self, state: Floats) -> float:
-        response = self.response
-        return float(np.add.reduce(-response.frequency_squared * state[:, 0] - 2.0 * response.decay * state[:, 1]))
+    displacement: float
+    """H at mu = +1: displacement of the contact just before an impact, caused by unit impulses at all earlier ones."""
+    velocity: float
+    """H' at mu = +1: its velocity."""
+    acceleration: float
+    """H'' at mu = +1: its acceleration."""
+    acceleration_after: float
+    """The acceleration just after an impulse, caused by it and all earlier ones."""
+    doubled_displacement: float
+    """H at mu = -1."""
+    doubled_velocity: float
+    """H' at mu = -1."""
+    doubled_acceleration: float
+    """H'' at mu = -1."""
+    after: Floats
+    """(N, 2) The blocks' contributions to displacement and velocity of the contact just after an impulse, mu = +1."""
+    doubled_after: Floats
+    """(N, 2) The same at mu = -1."""
+    after_by_span: Floats
+    """(N, 2) The derivative of `after` with respect to the span, without the factor of the blocks' generator."""
+    impulses: PeriodicImpulses
+    """The impulses at mu = +1, as the kernels take them."""
 
 
-def before_impulse(kind: int, blocks: ImpulseResponse | ModalModel, unit_impulse: Floats, span: float) -> Floats:
-    """Return the blocks' state (N, 2) just before an impulse from all earlier ones, one per span.
+def before_impulse(kind: int, blocks: ImpulseResponse | ModalModel, impulse: Floats, spans: Floats) -> Floats:
+    """Return the blocks' state just before an impulse from all earlier ones, one per span, for spans (m,); (m, N, 2).
 
-    `unit_impulse` (N, 2) is the effect of one of them; `kind` is SAME_SIGN or ALTERNATING.
+    `impulse` (N, 2), or (m, N, 2), is the effect of one of them; `kind` is SAME_SIGN or ALTERNATING.
     """
-    first, second = np.ascontiguousarray(unit_impulse[:, 0]), np.ascontiguousarray(unit_impulse[:, 1])
-    of_blocks = blocks.decay, blocks.discriminant, blocks.frequency_squared, first, second
-    return np.asarray(state_before_impulse(kind, of_blocks, span))
+    impulses = np.ascontiguousarray(np.broadcast_to(impulse, (len(spans), *impulse.shape[-2:])))
+    of_blocks = blocks.decay, blocks.discriminant, blocks.frequency_squared
+    return np.asarray(states_before_impulse(kind, of_blocks, impulses, spans))
+
+
+def periodic_sums(response: ImpulseResponse, pattern: Pattern, omega: Floats) -> list[PeriodicSums]:
+    """Return the sums of a family at each of several frequencies (m,)."""
+    spans, unit = pattern.spacing(omega), response.unit_impulse
+    before, doubled = (before_impulse(kind, response, unit, spans) for kind in pattern.kinds)
+    after = before + unit
+    numbers = [
+        *(np.add.reduce(before[:, :, c], axis=1) for c in range(2)),
+        _acceleration(response, before),
+        _acceleration(response, after),
+        *(np.add.reduce(doubled[:, :, c], axis=1) for c in range(2)),
+        _acceleration(response, doubled),
+    ]
+    states = after, doubled + unit, spans[:, None, None] * before_impulse(pattern.kinds[0], response, after, spans)
+    rates = response.decay, response.discriminant, response.frequency_squared
+    impulses = [PeriodicImpulses(*rates, *at, pattern.half_periods) for at in zip(after, omega.tolist(), strict=True)]
+    at_each = zip(np.stack(numbers, axis=1).tolist(), *states, impulses, strict=True)
+    return [PeriodicSums(*sums, *of_impulses) for sums, *of_impulses in at_each]
+
+
+def _acceleration(response: ImpulseResponse, states: Floats) -> Floats:
+    """Return the acceleration of the contact (m,) from the blocks' states (m, N, 2)."""
+    terms = -response.frequency_squared * states[:, :, 0] - 2.0 * response.decay * states[:, :, 1]
+    return np.asarray(np.add.reduce(terms, axis=1))
 
 
 def sum_slopes(response: ImpulseResponse, pattern: Pattern, omega: float) -> tuple[tuple[float, float, float], ...]:

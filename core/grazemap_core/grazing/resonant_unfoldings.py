@@ -9,8 +9,10 @@ from __future__ import annotations
 import math
 from typing import Literal
 
+import numpy as np
+
 from grazemap_core.grazing.kernels.periodic_impulses import ADMISSIBLE, NEVER, contact_margin
-from grazemap_core.grazing.one_impact_family import Pattern, PeriodicSums, sum_slopes
+from grazemap_core.grazing.one_impact_family import Pattern, periodic_sums, sum_slopes
 from grazemap_core.model.impulse_response import ImpulseResponse
 from grazemap_core.records import NamedTuple, dataclass
 
@@ -81,7 +83,7 @@ def resonant_unfolding(
     one_stop : bool
         Whether the other stop is too far to be met: `admissible` then depends on returns after whole periods alone.
     """
-    sums = PeriodicSums(response, pattern, omega)
+    (sums,) = periodic_sums(response, pattern, np.array([omega]))
     (same, same_roundoff, same_terms), (other, _, other_terms) = sum_slopes(response, pattern, omega)
     rebound = 1.0 + restitution
     # the round-off of the derivative is that of the sum times the phase of its fastest term over the spacing

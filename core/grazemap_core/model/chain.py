@@ -7,14 +7,14 @@ stop, whose first mass is linked to a wall.
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-from grazemap_core.arrays import Floats
+from grazemap_core.arrays import Floats, Integers
 from grazemap_core.model.kernels.elements import Elements
 from grazemap_core.model.structure import Structure
 from grazemap_core.records import dataclass
@@ -61,10 +61,8 @@ class Chain(Structure):
     def elements(self) -> Elements:
         """The link to the wall, the links between the masses and to ground, and the masses."""
         count, none = self.size, np.zeros(self.size)
-        each = np.arange(count)
-        links, masses = np.column_stack((each, each + 1)), np.column_stack((each, np.full(count, count)))
         first = 0 if self.wall_stiffness > 0.0 else 1
-        ends = np.concatenate(([[0, count]], links, masses))[first:]
+        ends = _ends_of_elements(count)[first:]
         return Elements(
             stretched_by=ends,
             acts_on=ends,
@@ -189,6 +187,14 @@ def elongations(displacement: Floats) -> Floats:
     elongation = displacement.copy()
     elongation[:-1] -= displacement[1:]
     return elongation
+
+
+@lru_cache(maxsize=64)
+def _ends_of_elements(count: int) -> Integers:
+    """Return what `Chain.elements` act on, also with a wall: the coordinates of their ends, `count` for the ground."""
+    each = np.arange(count)
+    links, masses = np.column_stack((each, each + 1)), np.column_stack((each, np.full(count, count)))
+    return np.concatenate(([[0, count]], links, masses))
 
 
 def _on_masses(forces: Floats) -> Floats:

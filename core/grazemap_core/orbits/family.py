@@ -14,7 +14,7 @@ import numpy as np
 from grazemap_core.arrays import Complexes, Floats
 from grazemap_core.contact.reference_motion import real_and_imaginary
 from grazemap_core.errors import ParameterError, checked_omega
-from grazemap_core.grazing.one_impact_family import Pattern, PeriodicSums, before_impulse
+from grazemap_core.grazing.one_impact_family import Pattern, PeriodicSums, periodic_sums
 from grazemap_core.model.harmonic_response import (
     harmonic_amplitudes,
     require_damped,
@@ -108,8 +108,9 @@ class OrbitFamily:
             response_slope(self.oscillator, values, harmonic, part[:, :-1])
             for harmonic, part in zip(self.oscillator.forces, parts, strict=True)
         ]
-        at_each = zip(values.tolist(), np.stack(parts, axis=1), np.stack(slopes, axis=1), strict=True)
-        families = [ForcedFamily(self, *parts_there) for parts_there in at_each]
+        at_each = values.tolist(), np.stack(parts, axis=1), np.stack(slopes, axis=1)
+        sums = periodic_sums(self.response, self.pattern, values)
+        families = [ForcedFamily(self, *there) for there in zip(*at_each, sums, strict=True)]
         if not all(0.0 < family.steady_size < math.inf for family in families):
             raise ParameterError(
                 "omega", "is a frequency at which the amplitude of the contact overflows or underflows"
@@ -134,6 +135,8 @@ class ForcedFamily:
     """(H, N + 1) Amplitudes of the steady motion by harmonic: displacements, then the contact."""
     steady_by_omega: Complexes
     """(H,) Derivatives of the contact's amplitudes with respect to omega."""
+    sums: PeriodicSums
+    """The response to unit impulses, one per span."""
 
     @property
     def span(self) -> float:
@@ -145,14 +148,9 @@ class ForcedFamily:
         """A bound of the steady motion of the contact."""
         return float(sum(abs(amplitude) for amplitude in self.steady[:, -1]))
 
-    @cached_property
-    def sums(self) -> PeriodicSums:
-        """The response to unit impulses, one per span."""
-        return PeriodicSums(self.family.response, self.family.pattern, self.omega)
-
     def problem(self, length: float) -> OrbitProblem:
         """Return the equations of the orbits, with `length` the unit of length."""
-        family, blocks, span, sums = self.family, self.family.response, self.span, self.sums
+        family, blocks, sums = self.family, self.family.response, self.sums
         return OrbitProblem(
             decay=blocks.decay,
             discriminant=blocks.discriminant,
@@ -160,8 +158,8 @@ class ForcedFamily:
             frequency=np.sqrt(blocks.frequency_squared),
             unit_impulse=blocks.unit_impulse,
             periodic_impulse=sums.after,
-            doubled_impulse=sums.doubled_before + blocks.unit_impulse,
-            periodic_impulse_by_span=span * before_impulse(family.pattern.kinds[0], blocks, sums.after, span),
+            doubled_impulse=sums.doubled_after,
+            periodic_impulse_by_span=sums.after_by_span,
             orders=family.orders,
             steady=real_and_imaginary(self.steady[:, -1] / length),
             steady_by_omega=real_and_imaginary(np.array([slope / length for slope in self.steady_by_omega.tolist()])),

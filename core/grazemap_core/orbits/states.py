@@ -25,9 +25,8 @@ def states_at(forced: ForcedFamily, sequence: ImpactSequence, phases: Sequence[f
     `sequence` is as solved for: for a symmetric motion, half the period.
     """
     family, model, orders = forced.family, forced.family.model, forced.family.orders
-    periodic_impulse = model.unit_impulse + before_impulse(
-        family.pattern.kinds[0], model, model.unit_impulse, forced.span
-    )
+    (before,) = before_impulse(family.pattern.kinds[0], model, model.unit_impulse, np.array([forced.span]))
+    periodic_impulse = model.unit_impulse + before
     turned = forced.steady[:, :-1] * np.exp(1j * np.outer(phases, orders))[:, :, None]
     place = np.add.reduce(turned.imag, axis=1)
     velocity = np.add.reduce((orders * forced.omega)[:, None] * turned.real, axis=1)

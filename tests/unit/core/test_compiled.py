@@ -39,7 +39,7 @@ ALLOCATES = {
     "_change_series",
     "steady_amplitudes",
     "isolate",
-    "state_before_impulse",
+    "states_before_impulse",
 }
 
 

@@ -10,7 +10,7 @@ from numba import njit
 from grazemap_core.arrays import Floats
 from grazemap_core.grazing.tolerances import CONTACT_ROUNDOFF
 from grazemap_core.model.kernels.block_flow import advance_block
-from grazemap_core.model.kernels.response_sums import ResponseBlocks, block_sum
+from grazemap_core.model.kernels.response_sums import block_sum
 from grazemap_core.numerics.jit.compiled import kernel
 from grazemap_core.records import NamedTuple
 
@@ -40,24 +40,27 @@ class PeriodicImpulses(NamedTuple):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def state_before_impulse(kind: int, blocks: ResponseBlocks, tau: float) -> Floats:
-    """Return ``sum_{k>=1} (+-1)^k exp(T k tau) (first, second)`` of every block, shape (N, 2).
+def states_before_impulse(kind: int, blocks: tuple[Floats, Floats, Floats], impulse: Floats, spans: Floats) -> Floats:
+    """Return ``sum_{k>=1} (+-1)^k exp(T k span) impulse`` of every block, for each of several spans, (m, N, 2).
 
     Parameters
     ----------
     kind : int
         SAME_SIGN or ALTERNATING, from `response_sums`.
-    blocks : decay, discriminant, frequency_squared, first, second of shape (N,) each
-        The last two are the changes of the first coordinate of a block, and of its second, by an impulse.
-    tau : float
-        Time between the impulses.
+    blocks : decay, discriminant, frequency_squared of shape (N,) each
+    impulse : (m, N, 2)
+        The changes of the first and of the second coordinate of each block by an impulse.
+    spans : (m,)
+        Times between the impulses.
     """
-    decay, discriminant, frequency_squared, first, second = blocks
-    result = np.empty((decay.size, 2))
-    for j in range(decay.size):
-        p, q, _ = block_sum(kind, decay[j], discriminant[j], frequency_squared[j], 0.0, tau)
-        result[j, 0] = p * first[j] + q * second[j]
-        result[j, 1] = p * second[j] - q * (frequency_squared[j] * first[j] + 2.0 * decay[j] * second[j])
+    decay, discriminant, frequency_squared = blocks
+    result = np.empty(impulse.shape)
+    for i in range(spans.size):
+        for j in range(decay.size):
+            first, second = impulse[i, j, 0], impulse[i, j, 1]
+            p, q, _ = block_sum(kind, decay[j], discriminant[j], frequency_squared[j], 0.0, spans[i])
+            result[i, j, 0] = p * first + q * second
+            result[i, j, 1] = p * second - q * (frequency_squared[j] * first + 2.0 * decay[j] * second)
     return result
 
 

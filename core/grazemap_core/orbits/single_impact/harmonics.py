@@ -11,12 +11,11 @@ from scipy.optimize import brentq
 
 from grazemap_core.orbits.family import ForcedFamily
 from grazemap_core.orbits.tolerances import ON_UNIT_CIRCLE, PHASE_POLISHING_STEPS, SAME_ZERO
-from grazemap_core.records import dataclass
+from grazemap_core.records import NamedTuple
 from grazemap_core.tolerances import EPSILON
 
 
-@dataclass(frozen=True, eq=False)
-class Harmonics:
+class Harmonics(NamedTuple):
     """A trigonometric polynomial of the phase: a constant and the sum of Im(amplitude exp(i order phase))."""
 
     orders: tuple[int, ...]
@@ -34,7 +33,7 @@ class Harmonics:
 
     def derivative(self) -> Harmonics:
         """Return the derivative."""
-        return Harmonics(self.orders, tuple(1j * k * a for k, a in zip(self.orders, self.amplitudes, strict=True)))
+        return Harmonics(self.orders, tuple([1j * k * a for k, a in zip(self.orders, self.amplitudes, strict=True)]))
 
     def turned(self, angle: float) -> Harmonics:
         """Return the polynomial of a phase that is larger by an angle."""
@@ -43,12 +42,12 @@ class Harmonics:
 
     def plus(self, factor: float, other: Harmonics) -> Harmonics:
         """Return this one plus a factor times another one of the same orders."""
-        total = tuple(a + factor * b for a, b in zip(self.amplitudes, other.amplitudes, strict=True))
+        total = tuple([a + factor * b for a, b in zip(self.amplitudes, other.amplitudes, strict=True)])
         return Harmonics(self.orders, total, self.constant + factor * other.constant)
 
     def times(self, factor: float) -> Harmonics:
         """Return this one times a factor."""
-        return Harmonics(self.orders, tuple(factor * a for a in self.amplitudes), factor * self.constant)
+        return Harmonics(self.orders, tuple([factor * a for a in self.amplitudes]), factor * self.constant)
 
     def at(self, phase: float) -> float:
         """Return the value at a phase."""

@@ -180,11 +180,8 @@ def _between_others(
     oscillator: Oscillator, window: _Window, max_multiple: int, varied: CurveParameter
 ) -> Iterator[CurvePiece]:
     place = contact_equilibrium(oscillator)
-    once = OrbitFamily.of(oscillator, 1, False).over(window.omega)
     for multiple in range(1, max_multiple + 1):
-        # the steady motion is that of every pattern
-        family = OrbitFamily.of(oscillator, multiple, False)
-        families = [replace(forced, family=family) for forced in once]
+        families = OrbitFamily.of(oscillator, multiple, False).over(window.omega)
         for stop in _stops(varied):
             motion = _PieceMotion(multiple, *((1, -1) if stop > 0 else (-1, 1)))
             gaps = moved_gaps(oscillator, varied, stop)
