@@ -28,7 +28,7 @@ from grazemap_core.errors import ConditioningError, ParameterError, checked_orde
 from grazemap_core.grazing.coincident_grazes import Coincidence, equal_maxima, united, vanishing_margins
 from grazemap_core.grazing.grazing_curve import ALIKE, VariedStop, first_recurrence, steady_motion
 from grazemap_core.grazing.kernels.root_isolation import NEAR_DOUBLE, TOO_MANY_CELLS, isolate
-from grazemap_core.grazing.one_impact_family import Pattern
+from grazemap_core.grazing.one_impact_family import Pattern, PeriodicSums, periodic_sums
 from grazemap_core.grazing.resonant_unfoldings import ResonantUnfolding, resonant_unfolding
 from grazemap_core.grazing.tolerances import END_WIDTH, MAX_FREQUENCY_RATIO
 from grazemap_core.model.harmonic_response import require_damped, require_forced
@@ -261,17 +261,35 @@ def _on_the_curve(
     clearances = varied.clearance(oscillator, maxima.amplitude)
     margins = varied.margins(oscillator, motion, maxima.amplitude)
     columns = (clearances, margins, maxima.slope, maxima.curvature)
-    each = zip(points, *(column.tolist() for column in columns), strict=True)
+    each = zip(points, _sums_at(response, points), *(column.tolist() for column in columns), strict=True)
     return [
         replace(
             point,
             clearance=clearance,
-            unfolding=_unfolding(response, oscillator, point, curvature, not varied.alike),
+            unfolding=None
+            if sums is None
+            else resonant_unfolding(
+                sums, oscillator.restitution_of(point.stop or 1), curvature, point.bifurcation == "SN", not varied.alike
+            ),
             amplitude_slope=None if varied.alike or point.kind == "corner" else slope,
             margin=margin if math.isfinite(margin) else None,
         )
-        for point, clearance, margin, slope, curvature in each
+        for point, sums, clearance, margin, slope, curvature in each
     ]
+
+
+def _sums_at(response: ImpulseResponse, points: list[CodimensionTwoPoint]) -> list[PeriodicSums | None]:
+    """Return the periodic sums at resonant points; None at other points and near-double ones, without an unfolding."""
+    of_pattern: dict[Pattern, list[int]] = {}
+    for place, point in enumerate(points):
+        if point.multiple is not None and point.symmetric is not None and point.status == "simple":
+            of_pattern.setdefault(Pattern(point.multiple, point.symmetric), []).append(place)
+    result: list[PeriodicSums | None] = [None] * len(points)
+    for pattern, places in of_pattern.items():
+        omega = np.array([points[place].omega for place in places])
+        for place, sums in zip(places, periodic_sums(response, pattern, omega), strict=True):
+            result[place] = sums
+    return result
 
 
 def _double_grazes(oscillator: Oscillator, varied: VariedStop, start: float, stop: float) -> list[CodimensionTwoPoint]:
@@ -321,28 +339,6 @@ def _coincidence(kind: Kind, coincidence: Coincidence, start: float, stop: float
     omega = min(max(coincidence.omega, start), stop)
     status: Status = "simple" if coincidence.simple else "near-double"
     return CodimensionTwoPoint(kind, omega, math.nan, coincidence.residual, status, coincidence.error)
-
-
-def _unfolding(
-    response: ImpulseResponse,
-    oscillator: Oscillator,
-    point: CodimensionTwoPoint,
-    curvature: float,
-    one_stop: bool,
-) -> ResonantUnfolding | None:
-    """Return the unfolding of a resonant point; None for other points and near-double ones."""
-    if point.multiple is None or point.symmetric is None or point.status != "simple":
-        return None
-    pattern = Pattern(point.multiple, point.symmetric)
-    return resonant_unfolding(
-        response,
-        oscillator.restitution_of(point.stop or 1),
-        point.omega,
-        curvature,
-        pattern,
-        point.bifurcation == "SN",
-        one_stop,
-    )
 
 
 def _recurrences(

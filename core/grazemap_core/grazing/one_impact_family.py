@@ -57,6 +57,12 @@ class PeriodicSums(NamedTuple):
     For symmetric motions, whose impulses alternate in sign, the signs of the terms are alternated too.
     """
 
+    response: ImpulseResponse
+    """g, the response to one impulse."""
+    pattern: Pattern
+    """The pattern of impacts, which gives tau."""
+    omega: float
+    """Frequency of the forces."""
     displacement: float
     """H at mu = +1: displacement of the contact just before an impact, caused by unit impulses at all earlier ones."""
     velocity: float
@@ -106,8 +112,8 @@ def periodic_sums(response: ImpulseResponse, pattern: Pattern, omega: Floats) ->
     states = after, doubled + unit, spans[:, None, None] * before_impulse(pattern.kinds[0], response, after, spans)
     rates = response.decay, response.discriminant, response.frequency_squared
     impulses = [PeriodicImpulses(*rates, *at, pattern.half_periods) for at in zip(after, omega.tolist(), strict=True)]
-    at_each = zip(np.stack(numbers, axis=1).tolist(), *states, impulses, strict=True)
-    return [PeriodicSums(*sums, *of_impulses) for sums, *of_impulses in at_each]
+    at_each = zip(omega.tolist(), np.stack(numbers, axis=1).tolist(), *states, impulses, strict=True)
+    return [PeriodicSums(response, pattern, at, *sums, *of_impulses) for at, sums, *of_impulses in at_each]
 
 
 def _acceleration(response: ImpulseResponse, states: Floats) -> Floats:
@@ -116,11 +122,11 @@ def _acceleration(response: ImpulseResponse, states: Floats) -> Floats:
     return np.asarray(np.add.reduce(terms, axis=1))
 
 
-def sum_slopes(response: ImpulseResponse, pattern: Pattern, omega: float) -> tuple[tuple[float, float, float], ...]:
+def sum_slopes(sums: PeriodicSums) -> tuple[tuple[float, float, float], ...]:
     """Return for mu = +1 and -1 the derivative of H with respect to omega, its round-off, and the size of its terms."""
-    tau = pattern.spacing(omega)
+    omega, tau = sums.omega, sums.pattern.spacing(sums.omega)
     slopes = []
-    for kind in pattern.kinds:
-        _, by_spacing, roundoff, terms = evaluate(response, [tau], kind)
+    for kind in sums.pattern.kinds:
+        _, by_spacing, roundoff, terms = evaluate(sums.response, [tau], kind)
         slopes.append((float(-by_spacing[0] * tau / omega), float(roundoff[0]), float(terms[0])))
     return tuple(slopes)

@@ -9,11 +9,8 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-import numpy as np
-
 from grazemap_core.grazing.kernels.periodic_impulses import ADMISSIBLE, NEVER, contact_margin
-from grazemap_core.grazing.one_impact_family import Pattern, periodic_sums, sum_slopes
-from grazemap_core.model.impulse_response import ImpulseResponse
+from grazemap_core.grazing.one_impact_family import PeriodicSums, sum_slopes
 from grazemap_core.records import NamedTuple, dataclass
 
 Sign = Literal[-1, 1]
@@ -58,11 +55,9 @@ class ResonantUnfolding:
 
 
 def resonant_unfolding(
-    response: ImpulseResponse,
+    sums: PeriodicSums,
     restitution: float,
-    omega: float,
     curvature: float,
-    pattern: Pattern,
     saddle_node: bool,
     one_stop: bool = False,
 ) -> ResonantUnfolding | None:
@@ -70,24 +65,20 @@ def resonant_unfolding(
 
     Parameters
     ----------
-    response : ImpulseResponse
+    sums : PeriodicSums
+        At the point on the grazing curve.
     restitution : float
-    omega : float
-        Of the point on the grazing curve.
     curvature : float
         Acceleration of the steady motion away from the stop at the graze, over omega^2: in one harmonic the amplitude.
-    pattern : Pattern
-        Pattern of impacts of the orbits.
     saddle_node : bool
         Whether the sum at multiplier +1 vanishes here; otherwise that at -1 does (PD, SB).
     one_stop : bool
         Whether the other stop is too far to be met: `admissible` then depends on returns after whole periods alone.
     """
-    (sums,) = periodic_sums(response, pattern, np.array([omega]))
-    (same, same_roundoff, same_terms), (other, _, other_terms) = sum_slopes(response, pattern, omega)
-    rebound = 1.0 + restitution
+    (same, same_roundoff, same_terms), (other, _, other_terms) = sum_slopes(sums)
+    response, omega, rebound = sums.response, sums.omega, 1.0 + restitution
     # the round-off of the derivative is that of the sum times the phase of its fastest term over the spacing
-    turning = pattern.spacing(omega) * float(max(response.frequency_squared)) ** 0.5
+    turning = sums.pattern.spacing(omega) * float(max(response.frequency_squared)) ** 0.5
     vanishing, terms = (same, same_terms) if saddle_node else (other, other_terms)
     if not (terms > 0.0 and same_terms > 0.0):
         return None

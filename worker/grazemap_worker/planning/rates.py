@@ -155,7 +155,7 @@ GROWTH_FACTOR = 2.0
 SEARCH_PERIODS = 150.0
 # Seconds for one frequency of the bifurcation curves of motions with one impact, for each family of motions, each
 # harmonic and each period up to the longest; and per mass.
-EXPLICIT_POINT_SECONDS = 2.5e-4
+EXPLICIT_POINT_SECONDS = 1.6e-4
 EXPLICIT_POINT_MASS_SECONDS = 2.5e-5
 # Seconds for one point of a branch; and for its multipliers, per cube of the masses. This is the time for few impacts;
 # n impacts multiply it by 1 + n/BRANCH_IMPACTS.
