@@ -284,7 +284,7 @@ def test_a_wrong_curvature_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     oscillator, oracle = random_system(0)
     exact = codimension_two.resonant_unfolding
     monkeypatch.setattr(
-        codimension_two, "resonant_unfolding", lambda a, b, omega, bend, *rest: exact(a, b, omega, 1.0001 * bend, *rest)
+        codimension_two, "resonant_unfolding", lambda sums, r, bend, *rest: exact(sums, r, 1.0001 * bend, *rest)
     )
     points = codimension_two_points(oscillator, 0.3, 2.0, 1, 1, VariedStop(1))
     for name in ("SN", "PD"):
