@@ -80,17 +80,21 @@ HALF_PERIOD_ERROR: Final = EPSILON
 """Round-off of half a forcing period, in displacement of the contact and units of its largest one."""
 
 ERROR_SAFETY: Final = 32.0
-"""Factor on the estimated error of a trajectory where a decision is compared with it."""
+"""Factor on the estimated error of a trajectory where a decision is compared with it. With it, all of 498 long
+transients that double precision leaves are called sensitive, and 4.4 % of 500 that it follows to the end (`make
+long-transients`)."""
 
 APPROACH: Final = 1e-4
 """Distance of returns, in units of the clearance, up to which the periodic orbit that a trajectory approaches is solved
 for. It counts only if it is verified."""
 
 APPROACH_RETRY: Final = 1e-2
-"""Factor on APPROACH after an orbit was not verified."""
+"""Factor on APPROACH after an orbit was not verified. An orbit is solved for at most three times from returns that are
+farther than CLOSING_GOAL: at 1e-4, 1e-6 and 1e-8."""
 
 CAPTURE_RETRY: Final = 0.5
-"""Share of the distance at which an orbit captures a trajectory, to leading order, at which this is tried again."""
+"""Share of the distance at which an orbit captures a trajectory, to leading order, at which this is tried again. At
+half the distance the terms of second order, which decided against it, have half their share."""
 
 COARSEST_SPACING: Final = 8
 """Spacing of an adaptive map's first lattice, in steps of the grid, a power of 2: at least one point in 64 is computed.

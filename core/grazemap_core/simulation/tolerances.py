@@ -18,28 +18,33 @@ COORDINATE_ROUNDING: Final = 2.0 * EPSILON
 its terms: four roundings, of both factors of a term, of their product and of the sum."""
 
 CLOSING_GOAL: Final = 1e-9
-"""Largest distance of a return, in units of the clearance, at which the stroboscopic orbit counts as closed."""
+"""Largest distance of a return, in units of the clearance, at which the stroboscopic orbit counts as closed: a thousand
+times CLOSING_FLOOR, so that round-off does not hide it, and a thousandth of the distance at which a smaller period is
+excluded (SEPARATION)."""
 
 CLOSING_FLOOR: Final = 1e-12
 """Distance of a return that is round-off: it does not determine a rate of convergence."""
 
 LIMIT_DISTANCE: Final = 1e-8
-"""Largest extrapolated distance to the limit, return * rate / (1 - rate), at which the period of a motion is
-accepted."""
+"""Largest extrapolated distance to the limit, return * rate / (1 - rate), at which the period of a motion is accepted.
+A return at CLOSING_GOAL suffices up to the rate 0.9; slower motions go on to closer returns."""
 
 SLOWEST_RATE: Final = 0.999
-"""Contraction per motion period above which the extrapolation is meaningless and the motion is unresolved."""
+"""Contraction per motion period above which the motion is unresolved: the limit is a thousand returns away, and the
+extrapolation multiplies the relative error of the rate by a thousand."""
 
 SEPARATION: Final = 100.0
 """A smaller period is excluded at this many times LIMIT_DISTANCE; an impact counts as no graze when its squared speed
 (in units of omega * clearance) is this many times the distance to the limit."""
 
 APPROACH_RATE: Final = 0.99
-"""Contraction per return from which on a trajectory does not count as convergent, unless the orbit was verified."""
+"""Contraction per return from which on a trajectory does not count as convergent, unless the orbit was verified. At
+this rate the distance takes 230 returns to decrease by a factor of ten."""
 
 GRAZE_SPEED_RATIO: Final = 4.0
 """Square of the slowest impact speed (in units of omega * clearance) over the distance to an orbit, up to which it is
-uncertain whether the orbit touches the stop. Such an orbit is not used."""
+uncertain whether the orbit touches the stop. Such an orbit is not used. Without the stop the motion would go beyond it
+by half of this square, if its acceleration is omega^2 times the clearance: by twice the distance."""
 
 MIN_SAFE_SQUARE: Final = 1e-280
 """Sums of squares below this, or above its inverse, may have lost digits by underflow or overflow: a square that is
