@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap_core.contact.forced import forced_structures
+from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.runs import (
     EVENT_COUNT,
     FOLLOWED,
@@ -20,13 +21,13 @@ from grazemap_core.contact.kernels.runs import (
     VELOCITY,
     new_run,
 )
-from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.contact.stops import Clearance, both_clearances, stops_table
 from grazemap_core.contact.trajectory_models import trajectory_models
 from grazemap_core.errors import ParameterError
 from grazemap_core.maps.kernels.first_pass import LANE_BLOCK
+from grazemap_core.maps.kernels.lane_state import stops_in_row
 from grazemap_core.maps.kernels.lane_tables import LANES, SHARED_TABLES, LaneModel, lane_tables
-from grazemap_core.maps.kernels.lanes import LANE_EVENT_COLUMNS, lanes, start_lane
+from grazemap_core.maps.kernels.lanes import LANE_EVENT_COLUMNS, Lanes, lanes, start_lane
 from grazemap_core.maps.kernels.lockstep import Engine, run_half
 from grazemap_core.maps.runner import impulse_blocks, shared_model
 from grazemap_core.model.equilibrium import equilibrium
@@ -43,6 +44,14 @@ def _run_halves(engine: Engine, halves: int, used: int) -> None:
     engine = reference(engine)
     for half in range(halves):
         run_half(engine, half, used)
+
+
+@kernel
+def _start_lanes(group: Lanes, problem: CellProblem, stops: Floats, u: Floats) -> None:
+    """Start a trajectory in each of the first lanes, from rows of `stops_table` and one state (N, 2)."""
+    group, problem = reference(group), reference(problem)
+    for lane in range(stops.shape[0]):
+        start_lane(group, lane, problem, stops_in_row(stops, lane), u)
 
 
 class Ensemble(NamedTuple):
@@ -125,10 +134,7 @@ def first_impacts(
     n, at_rest = len(clearance), float(oscillator.contact @ static)
     gaps = np.stack([right - at_rest, left + at_rest], axis=1)
     restitution = np.broadcast_to([oscillator.restitution_of(1), oscillator.restitution_of(-1)], gaps.shape)
-    stops = [
-        Stops(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7] != 0.0)
-        for row in stops_table(oscillator, gaps, restitution, problem.cells, problem.steady_bound).tolist()
-    ]
+    stops = stops_table(oscillator, gaps, restitution, problem.cells, problem.steady_bound)
     events = np.zeros((n, first, LANE_EVENT_COLUMNS))
     seen, status = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.int64)
     impacts = np.zeros(n, dtype=np.int64)
@@ -136,8 +142,7 @@ def first_impacts(
     for low in range(0, n, LANES):
         count = min(LANES, n - low)
         group = lanes(size, first)
-        for lane in range(count):
-            start_lane(group, lane, problem, stops[low + lane], u)
+        _start_lanes(group, problem, np.ascontiguousarray(stops[low : low + count]), u)
         used = (count + LANE_BLOCK - 1) // LANE_BLOCK * LANE_BLOCK
         _run_halves(Engine((0,) * size, shared_model(model), SHARED_TABLES, group, run), 2 * periods, used)
         events[low : low + count] = group.events[:count]
