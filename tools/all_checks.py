@@ -82,15 +82,18 @@ class Outcome(NamedTuple):
 
 
 def run(targets: Sequence[str], page: Path = PAGE, make: Sequence[str] = ("make", "--no-print-directory")) -> bool:
-    """Run the targets, write the page after each, and return whether all of them have passed."""
-    commit = _commit()
-    outcomes = {outcome.target: outcome for outcome in recorded(page)}
+    """Run the targets, write the page after each, and return whether all of them have passed.
+
+    Rows that another run has written meanwhile stay.
+    """
+    commit, outcomes = _commit(), {}
     for target in targets:
         began = time.monotonic()
         done = subprocess.run([*make, target], cwd=ROOT, check=False)
         minutes = (time.monotonic() - began) / 60.0
         outcomes[target] = Outcome(target, done.returncode == 0, minutes, commit, datetime.now(UTC))
-        page.write_text(written(outcomes.values()), "utf-8")
+        rows = {outcome.target: outcome for outcome in recorded(page)} | {target: outcomes[target]}
+        page.write_text(written(rows.values()), "utf-8")
     for target in targets:
         print(f"{target}: {'passed' if outcomes[target].passed else 'failed'}")
     return all(outcomes[target].passed for target in targets)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -29,6 +30,14 @@ def test_named_targets_replace_their_own_rows(tmp_path: Path) -> None:
     kept, replaced = all_checks.recorded(page)
     assert kept == rows[0]
     assert (replaced.target, replaced.passed) == ("true", True)
+
+
+def test_rows_of_another_run_at_the_same_time_are_kept(tmp_path: Path) -> None:
+    page = tmp_path / "checks.md"
+    other = all_checks.Outcome("other", True, 1.5, "0123456789ab", datetime(2026, 3, 1, tzinfo=UTC))
+    writes = f"from pathlib import Path; Path({str(page)!r}).write_text({all_checks.written([other])!r})"
+    assert all_checks.run(["true"], page, (sys.executable, "-c", writes))
+    assert [row.target for row in all_checks.recorded(page)] == ["other", "true"]
 
 
 def test_the_age_counts_commits_and_days(tmp_path: Path) -> None:
