@@ -83,8 +83,13 @@ class PeriodicSums(NamedTuple):
     """(N, 2) The same at mu = -1."""
     after_by_span: Floats
     """(N, 2) The derivative of `after` with respect to the span, without the factor of the blocks' generator."""
-    impulses: PeriodicImpulses
-    """The impulses at mu = +1, as the kernels take them."""
+
+    @property
+    def impulses(self) -> PeriodicImpulses:
+        """The impulses at mu = +1, as the kernels take them."""
+        g = self.response
+        rates = g.decay, g.discriminant, g.frequency_squared
+        return PeriodicImpulses(*rates, self.after, self.omega, self.pattern.half_periods)
 
 
 def before_impulse(kind: int, blocks: ImpulseResponse | ModalModel, impulse: Floats, spans: Floats) -> Floats:
@@ -110,10 +115,8 @@ def periodic_sums(response: ImpulseResponse, pattern: Pattern, omega: Floats) ->
         _acceleration(response, doubled),
     ]
     states = after, doubled + unit, spans[:, None, None] * before_impulse(pattern.kinds[0], response, after, spans)
-    rates = response.decay, response.discriminant, response.frequency_squared
-    impulses = [PeriodicImpulses(*rates, *at, pattern.half_periods) for at in zip(after, omega.tolist(), strict=True)]
-    at_each = zip(omega.tolist(), np.stack(numbers, axis=1).tolist(), *states, impulses, strict=True)
-    return [PeriodicSums(response, pattern, at, *sums, *of_impulses) for at, sums, *of_impulses in at_each]
+    at_each = zip(omega.tolist(), np.stack(numbers, axis=1).tolist(), *states, strict=True)
+    return [PeriodicSums(response, pattern, at, *sums, *of_blocks) for at, sums, *of_blocks in at_each]
 
 
 def _acceleration(response: ImpulseResponse, states: Floats) -> Floats:
