@@ -109,7 +109,7 @@ def motions_of(system: System) -> Iterator[StopMotions]:
             offset = stop * contact_equilibrium(oscillator)
             assert fixed is not None
             for other in (ABSENT, StopGap(2.0 * offset, 1.0), StopGap(fixed + offset)):
-                motions = StopMotions(forced, stop, other)
+                motions = StopMotions([forced], stop, other)
                 if not motions.has_one_interval:
                     yield motions
 
@@ -117,7 +117,8 @@ def motions_of(system: System) -> Iterator[StopMotions]:
 def admissible_intervals(here: StopMotions) -> list[float]:
     """Return the widths of the intervals of admissible phases that end at a graze, in steps of the grid."""
     phases, widths = [orbit.phase for orbit in here.special("GR")], []
-    for start, end in here.phases_of_impacts:
+    starts, ends, _ = here.phases_of_impacts
+    for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
         inside = sorted(phase for phase in phases if start < phase < end)
         step = (end - start) / (GRAZE_PHASES * len(here.orbits.toward.orders))
         for low, high in pairwise([start, *inside, end] if inside else []):
@@ -175,7 +176,7 @@ def phases_end(orbit: PeriodicOrbit, system: System) -> bool:
     lags = two_impact_orbits._Lags(forced, stops_between(system.oscillator, system.clearance, forced.steady_size), 1)
     step = 2.0 * math.pi / LAG_STEPS
     low = math.floor(lag_of(orbit) / step) * step
-    return len(lags.phases(low)) != len(lags.phases(low + step))
+    return len(lags.mismatches([low])) != len(lags.mismatches([low + step]))
 
 
 def lag_steps(systems: int) -> Measured:

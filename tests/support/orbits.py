@@ -28,7 +28,7 @@ from tests.support.oscillators import DEFAULT
 def one_impact_motions(oscillator, omega, multiple=1, symmetric=False, stop=1, alone=False):
     """The motions with one impact on a stop, or one on each, at a frequency; the other stop is absent or like it."""
     family = OrbitFamily.of(oscillator, multiple, symmetric).at(omega)
-    return StopMotions(family, stop, ABSENT if alone else ALIKE)
+    return StopMotions([family], stop, ABSENT if alone else ALIKE)
 
 
 def special_motion(motions, kind):
@@ -40,7 +40,7 @@ def special_motion(motions, kind):
 
 def angle_of(motions, phase):
     """The angle psi of the theory page of the motion with an impact at a phase, in (-pi, pi]."""
-    return math.remainder(phase + np.angle(motions.orbits.toward.amplitudes[0]), 2.0 * math.pi)
+    return math.remainder(phase + np.angle(motions.orbits.toward.amplitudes[0, 0]), 2.0 * math.pi)
 
 
 def random_chain(rng, count, per_link, restitution):

@@ -30,14 +30,16 @@ def two_impact_sequences(forced: ForcedFamily, stops: Stops, first: int) -> list
     lags = _Lags(forced, stops, first)
     turn = 2.0 * math.pi * lags.multiple
     grid = np.linspace(0.0, turn, LAG_STEPS * lags.multiple + 1)[1:-1].tolist()
+    at_each: list[list[tuple[float, float]]] = [[] for _ in grid]
+    for row, phase, mismatch in lags.mismatches(grid):
+        at_each[row].append((phase, mismatch))
     sequences: list[ImpactSequence] = []
     before: list[tuple[float, float]] = []
-    for place, lag in enumerate(grid):
-        here = [(phase, lags.mismatch(lag, phase)) for phase in lags.phases(lag)]
+    for place, here in enumerate(at_each):
         for phase, mismatch in here:
             near = min(before, key=lambda other: abs(math.remainder(other[0] - phase, 2.0 * math.pi)), default=None)
             if near is not None and near[1] * mismatch <= 0.0 and mismatch != 0.0:
-                sequences += lags.between(grid[place - 1], lag, near[0])
+                sequences += lags.between(grid[place - 1], grid[place], near[0])
         before = here
     return sequences
 
@@ -51,7 +53,7 @@ class _Lags:
         self.rebounds = [rebound_of(stops, stop) for stop in self.sides]
         pattern, response, sums = forced.family.pattern, forced.family.response, forced.sums
         self.multiple, self.span = pattern.multiple, forced.span
-        self.steady = Harmonics.of_steady(forced)
+        self.steady = Harmonics.of_steady([forced])
         self.blocks = list(zip(response.decay, response.discriminant, response.frequency_squared, strict=True))
         self.at_impulse, self.after = (sums.displacement, sums.velocity), sums.after
 
@@ -76,47 +78,49 @@ class _Lags:
         )
         return both[:, :, 0], both[:, :, 1]
 
-    def _polynomials(self, lag: float) -> tuple[list[Harmonics], list[Harmonics]]:
-        """Return the speeds over omega, and the displacements minus the stops', as functions of the first phase."""
-        place, rate = self._matrices(lag)
+    def _polynomials(self, lags: list[float]) -> tuple[list[Harmonics], list[Harmonics]]:
+        """Return the speeds over omega, and the displacements minus the stops', at lags (m,).
+
+        They are functions of the first phase, of the first and of the second impact.
+        """
+        place, rate = (np.array(each) for each in zip(*map(self._matrices, lags), strict=True))
         inverse = np.linalg.inv(np.eye(2) + rate)
-        steady = [self.steady, self.steady.turned(lag)]
+        steady = [self.steady, self.steady.turned(lags)]
         rates = [motion.derivative() for motion in steady]
-        speeds = [rates[0].times(inverse[i, 0]).plus(inverse[i, 1], rates[1]) for i in range(2)]
+        speeds = [rates[0].times(inverse[:, i, 0]).plus(inverse[:, i, 1], rates[1]) for i in range(2)]
         places = []
         for i in range(2):
-            moved = steady[i].plus(-place[i, 0] * self.omega, speeds[0]).plus(-place[i, 1] * self.omega, speeds[1])
-            places.append(Harmonics(moved.orders, moved.amplitudes, -self.sides[i] * self.gaps[i]))
+            moved = steady[i].plus(-place[:, i, 0] * self.omega, speeds[0])
+            moved = moved.plus(-place[:, i, 1] * self.omega, speeds[1])
+            places.append(moved._replace(constants=np.full(len(lags), -self.sides[i] * self.gaps[i])))
         return speeds, places
 
-    def phases(self, lag: float) -> list[float]:
-        """Return the phases of the first impact at which it is on its stop."""
-        return self._polynomials(lag)[1][0].zeros()
+    def mismatches(self, lags: list[float]) -> list[tuple[int, float, float]]:
+        """Return the phases at which the first impact is on its stop, and by how much the second one is beyond its own.
 
-    def mismatch(self, lag: float, phase: float) -> float:
-        """Return the displacement beyond the second stop at the second impact."""
-        return self._polynomials(lag)[1][1].at(phase)
+        Each phase comes after the index of its lag.
+        """
+        first, second = self._polynomials(lags)[1]
+        zeros = first.zeros()
+        return list(zip(zeros.rows.tolist(), zeros.phases.tolist(), second.at(*zeros).tolist(), strict=True))
 
     def between(self, low: float, high: float, phase: float) -> Iterator[ImpactSequence]:
         """Yield the orbit between two lags, with a phase near the given one, if neither impact is virtual."""
 
-        def nearest(lag: float) -> float:
-            phases = self.phases(lag)
-            if not phases:
+        def nearest(lag: float) -> tuple[float, float]:
+            at_lag = [(other, mismatch) for _, other, mismatch in self.mismatches([lag])]
+            if not at_lag:
                 raise _PhaseEnds
-            return min(phases, key=lambda other: abs(math.remainder(other - phase, 2.0 * math.pi)))
-
-        def test(lag: float) -> float:
-            return self.mismatch(lag, nearest(lag))
+            return min(at_lag, key=lambda other: abs(math.remainder(other[0] - phase, 2.0 * math.pi)))
 
         try:
-            lag = bracketed_zero(test, low, high, LAG_ACCURACY)
+            lag = bracketed_zero(lambda lag: nearest(lag)[1], low, high, LAG_ACCURACY)
             if lag is None:
                 return
-            first = nearest(lag)
+            first, _ = nearest(lag)
         except _PhaseEnds:
             return
-        speeds = [self.omega * polynomial.at(first) for polynomial in self._polynomials(lag)[0]]
+        speeds = [float(self.omega * polynomial.at(first)) for polynomial in self._polynomials([lag])[0]]
         if all(stop * speed > 0.0 for stop, speed in zip(self.sides, speeds, strict=True)):
             yield ImpactSequence.create(self.multiple, self.sides, [first, first + lag], speeds)
 

@@ -16,10 +16,11 @@ from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.kernels.admissibility import GIVEN_UP, MEETS, NO_FURTHER_CONTACT, TOUCHES
+from grazemap_core.orbits.kernels.harmonics import within_turn, zeros_near
 from grazemap_core.orbits.kernels.one_impact_contacts import StopGap
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.orbits.single_impact import special_orbits
-from grazemap_core.orbits.single_impact.harmonics import Harmonics, apart_on_circle, bracketed_zero, within_turn
+from grazemap_core.orbits.single_impact.harmonics import Harmonics, bracketed_zero
 from grazemap_core.orbits.single_impact.special_orbits import (
     ABSENT,
     AdmissibleFrom,
@@ -68,7 +69,7 @@ def nearest(
 ) -> tuple[StopMotions, SpecialOrbit]:
     """Of all orbits at the frequency of a point of a piece, the special one with this speed."""
     family = OrbitFamily.of(oscillator, piece.period, piece.symmetric)
-    here = StopMotions(family.at(float(piece.omega[place])), stop, other)
+    here = StopMotions([family.at(float(piece.omega[place]))], stop, other)
     return here, min(here.special(piece.type), key=lambda special: abs(special.speed - piece.impact_velocity[place]))
 
 
@@ -190,16 +191,25 @@ def test_zeros_of_a_polynomial_are_given_once_within_a_turn() -> None:
         sine = complex(np.exp(-1j * place))
         # sin(t - place) times its distance from another constant: simple zeros at place and place + pi
         for factor in (1.0, 3.7, -0.2):
-            zeros = Harmonics((1, 2), (factor * sine, 0.0)).zeros()
+            zeros, _ = Harmonics(np.array([1.0, 2.0]), np.array([[factor * sine, 0.0]]), np.zeros(1)).zeros()
             assert len(zeros) == 2
             assert all(0.0 <= zero < 2.0 * np.pi for zero in zeros)
     assert within_turn(-1e-17) == 0.0
     assert within_turn(-1.0) == pytest.approx(2.0 * np.pi - 1.0)
     below = np.nextafter(2.0 * np.pi, 0.0)
-    assert apart_on_circle([below, 0.0, 1.0]) == [1.0, below]
-    assert apart_on_circle([2e-15, 1.0, 0.0]) == [0.0, 1.0]
-    assert apart_on_circle([0.5]) == [0.5]
-    assert apart_on_circle([]) == []
+    assert zeros_of_nothing([below, 0.0, 1.0]) == [1.0, below]
+    assert zeros_of_nothing([2e-15, 1.0, 0.0]) == [0.0, 1.0]
+    assert zeros_of_nothing([0.5]) == [0.5]
+    assert zeros_of_nothing([0.5, 0.5 + 1e-15]) == [0.5]
+    assert zeros_of_nothing([]) == []
+
+
+def zeros_of_nothing(near: list[float]) -> list[float]:
+    """What is left of phases of which the polynomial 0 has each as a zero."""
+    zeros, counts = np.empty((1, len(near))), np.empty(1, dtype=np.int64)
+    zeros_near(np.ones(1), np.zeros((1, 1), dtype=np.complex128), np.zeros(1), np.array([near]), zeros, counts)
+    kept: list[float] = zeros[0, : counts[0]].tolist()
+    return kept
 
 
 def test_a_function_that_is_not_a_number_is_not_taken_as_one_without_zero() -> None:
@@ -231,9 +241,10 @@ def test_a_curve_ends_where_round_off_hides_whether_its_orbits_are_admissible(mo
     unknown = omega[3:5]
     admissible_from = StopMotions.__dict__["admissible_from"].func
 
-    def hidden(motions: StopMotions) -> AdmissibleFrom:
-        begin: AdmissibleFrom = admissible_from(motions)
-        return begin._replace(any=None) if motions.orbits.omega in unknown else begin
+    def hidden(motions: StopMotions) -> list[AdmissibleFrom]:
+        begins: list[AdmissibleFrom] = admissible_from(motions)
+        each = zip(motions.orbits.omega, begins, strict=True)
+        return [begin._replace(any=None) if omega in unknown else begin for omega, begin in each]
 
     def grazes() -> list[CurvePiece]:
         return [piece for piece in window_curves(DEFAULT, *WINDOW) if piece.type == "GR" and not piece.symmetric]
@@ -255,11 +266,11 @@ def test_a_special_orbit_whose_contact_is_hidden_is_neither_admissible_nor_not()
 
 def test_a_search_that_is_given_up_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """It does not say that the orbit is not admissible."""
-    here = StopMotions(OrbitFamily.of(dense(), 1, False).at(0.9), 1, ABSENT)
+    here = StopMotions([OrbitFamily.of(dense(), 1, False).at(0.9)], 1, ABSENT)
 
-    def given_up(motions, phases, floor, contacts, scratch):
+    def given_up(motions, phases, rows, floor, contacts, scratch):
         contacts.status[:] = GIVEN_UP
 
     monkeypatch.setattr(special_orbits, "contacts_at", given_up)
     with refused("omega"):
-        here.orbits_at([1.0])
+        here.orbits_at(np.ones(1))

@@ -96,10 +96,9 @@ def of_one(oscillator: Oscillator, omega: float, multiple: int, stop: int, angle
     known = one_impact_branch(oscillator, omega, multiple, stop=stop, alone=True)
     gap, place = known.clearance(angle), contact_equilibrium(oscillator)
     family = OrbitFamily.of(oscillator, multiple, False).at(omega)
-    orbits = OneImpactOrbits(family, stop, 1.0 + oscillator.restitution_of(stop))
-    phase = min(
-        orbits.phases(gap), key=lambda impact_phase: abs(orbits.speed(impact_phase) - known.impact_velocity(angle))
-    )
+    orbits = OneImpactOrbits([family], stop, 1.0 + oscillator.restitution_of(stop))
+    phases, _ = orbits.phases(gap)
+    phase = min(phases, key=lambda impact_phase: abs(orbits.speed(impact_phase) - known.impact_velocity(angle)))
     clearance = (gap + place, None) if stop > 0 else (None, gap - place)
     return periodic_orbit(oscillator, omega, clearance, orbits.impacts(phase))
 

@@ -219,7 +219,7 @@ def test_special_motions_whose_speed_is_below_round_off_are_on_their_side():
 
 def admissible_from(motions):
     """The angle above which motions are admissible, pi/2 where none is; it is decided whether there are any."""
-    begin = motions.admissible_from
+    (begin,) = motions.admissible_from
     assert begin.any is not None
     return angle_of(motions, begin.phase) if begin.any else 0.5 * math.pi
 
@@ -306,7 +306,7 @@ def test_the_impact_speed_is_bounded_from_below_by_the_energy_that_is_lost():
     # D/omega > (1 - R)/(2 omega): kicks that repeat never take energy out of a damped chain
     for oscillator, branch, _ in itertools.islice(random_families(12), 200):
         family = OrbitFamily.of(oscillator, branch.pattern.multiple, branch.pattern.symmetric)
-        orbits = OneImpactOrbits(family.at(branch.omega), 1, 1.0 + oscillator.restitution)
+        orbits = OneImpactOrbits([family.at(branch.omega)], 1, 1.0 + oscillator.restitution)
         assert orbits.straight > 0.5 * (1.0 - oscillator.restitution)
 
 

@@ -20,8 +20,8 @@ from tests.support.thorough import the_first
 def orbit_with(oscillator: Oscillator, omega: float, multiple: int, clearance: float, speed: float) -> PeriodicOrbit:
     """Return the orbit of one impact in so many periods whose impact speed is nearest to a number."""
     family = OrbitFamily.of(oscillator, multiple, False).at(omega)
-    orbits = OneImpactOrbits(family, 1, 1.0 + oscillator.restitution)
-    phase = min(orbits.phases(clearance), key=lambda impact_phase: abs(orbits.speed(impact_phase) - speed))
+    orbits = OneImpactOrbits([family], 1, 1.0 + oscillator.restitution)
+    phase = min(orbits.phases(clearance).phases, key=lambda impact_phase: abs(orbits.speed(impact_phase) - speed))
     return periodic_orbit(oscillator, omega, (clearance, None), orbits.impacts(phase))
 
 

@@ -163,8 +163,8 @@ def test_special_points_of_branches_of_any_impacts(label):
 
 def test_the_graze_at_which_a_branch_of_one_impact_begins():
     motions = one_impact_motions(DEFAULT, 0.27)
-    assert motions.admissible_from.any
-    _, end = motions.phases_of_impacts[0]
+    assert motions.admissible_from[0].any
+    (end,) = motions.phases_of_impacts.ends
     numbers = motions.orbits.gap(end), abs(motions.orbits.speed(end)), angle_of(motions, end)
     assert cells("one impact, graze of the steady motion") == [f"{number:.12f}" for number in numbers]
 

@@ -36,7 +36,7 @@ class StopGap(NamedTuple):
 
 
 class OneImpactMotions(NamedTuple):
-    """Orbits with one impact in a span, as functions of its phase."""
+    """Orbits with one impact in a span at one frequency, as functions of its phase."""
 
     problem: OrbitProblem
     """Their equations."""
@@ -56,6 +56,27 @@ class OneImpactMotions(NamedTuple):
     """Restitution of the stop of the impact."""
 
 
+class MotionsByFrequency(NamedTuple):
+    """Orbits with one impact in a span at several frequencies."""
+
+    first: OneImpactMotions
+    """Those at the first frequency."""
+    omega: Floats
+    """(m,) The forcing frequencies."""
+    length: Floats
+    """(m,) Units of length."""
+    periodic_impulse: Floats
+    """(m, N, 2) As in `OrbitProblem`."""
+    steady: Floats
+    """(m, H, 2) As in `OrbitProblem`."""
+    speed: Floats
+    """(m, H, 2) As in `OneImpactMotions`, likewise the next two."""
+    gap: Floats
+    """(m, H, 2)."""
+    pressing: Floats
+    """(m, H, 2)."""
+
+
 class MotionScratch(NamedTuple):
     """Scratch for orbits with one impact and N blocks."""
 
@@ -70,14 +91,52 @@ class MotionScratch(NamedTuple):
 
 
 class Contacts(NamedTuple):
-    """Contacts of m orbits."""
+    """Contacts of p orbits."""
 
     status: Integers
-    """(m,) Of `admissibility.further_contact`."""
+    """(p,) Of `admissibility.further_contact`."""
     excess: Floats
-    """(m,) Largest excess over a stop at a maximum between the impacts, in units of the problem's length."""
+    """(p,) Largest excess over a stop at a maximum between the impacts, in units of the problem's length."""
     stop: Integers
-    """(m,) The stop there, +1 or -1; 0 without one. Where a contact begins, the stop that it is with."""
+    """(p,) The stop there, +1 or -1; 0 without one. Where a contact begins, the stop that it is with."""
+
+
+@kernel
+def _at_frequency(motions: MotionsByFrequency, row: int) -> OneImpactMotions:
+    """Return the orbits at one of the frequencies.
+
+    The parts of the equations on which contacts do not depend, derivatives by the frequency and the impulses of a
+    multiplier of -1, stay those at the first frequency.
+    """
+    first, problem = motions.first, motions.first.problem
+    here = OrbitProblem(
+        problem.decay,
+        problem.discriminant,
+        problem.frequency_squared,
+        problem.frequency,
+        problem.unit_impulse,
+        motions.periodic_impulse[row],
+        problem.doubled_impulse,
+        problem.periodic_impulse_by_span,
+        problem.orders,
+        motions.steady[row],
+        problem.steady_by_omega,
+        problem.steady_unit,
+        motions.omega[row],
+        motions.length[row],
+        problem.turn,
+        problem.sign,
+    )
+    return OneImpactMotions(
+        here,
+        motions.speed[row],
+        motions.gap[row],
+        motions.pressing[row],
+        first.stop,
+        StopGap(first.struck.fixed, first.struck.by_gap),
+        StopGap(first.other.fixed, first.other.by_gap),
+        first.restitution,
+    )
 
 
 @kernel
@@ -115,60 +174,81 @@ def _contact_at(
 
 @kernel
 def contacts_at(
-    motions: OneImpactMotions, phases: Floats, floor: float, contacts: Contacts, scratch: MotionScratch
+    motions: MotionsByFrequency,
+    phases: Floats,
+    rows: Integers,
+    floor: float,
+    contacts: Contacts,
+    scratch: MotionScratch,
 ) -> None:
-    """Write the contacts of the orbits at phases (m,) into `contacts`; `floor` is that of `further_contact`."""
+    """Write the contacts of the orbits at phases (p,) and the frequencies `rows` (p,) into `contacts`.
+
+    `floor` is that of `further_contact`.
+    """
     motions, scratch = reference(motions), reference(scratch)
-    for i in range(phases.shape[0]):
-        contacts.status[i], contacts.excess[i], contacts.stop[i], _ = _contact_at(motions, phases[i], floor, scratch)
+    for i in range(rows.shape[0]):
+        here = reference(_at_frequency(motions, rows[i]))
+        contacts.status[i], contacts.excess[i], contacts.stop[i], _ = _contact_at(here, phases[i], floor, scratch)
 
 
 @kernel
 def contacts_begin(
-    motions: OneImpactMotions, clear: Floats, met: Floats, contacts: Contacts, scratch: MotionScratch
+    motions: MotionsByFrequency, clear: Floats, rows: Integers, met: Floats, contacts: Contacts, scratch: MotionScratch
 ) -> None:
-    """Move phases `clear` (m,), of admissible orbits, to those at which a contact begins, on the way to `met` (m,).
+    """Move phases `clear` (p,), of admissible orbits, to those at which a contact begins, on the way to `met` (p,).
 
     The contact itself is written into `contacts`.
     """
     motions, scratch = reference(motions), reference(scratch)
-    for i in range(clear.shape[0]):
+    for i in range(rows.shape[0]):
+        here = reference(_at_frequency(motions, rows[i]))
         inside, outside = clear[i], met[i]
-        status, excess, touched, _ = _contact_at(motions, outside, -ORBIT_FLOOR, scratch)
+        status, excess, touched, _ = _contact_at(here, outside, -ORBIT_FLOOR, scratch)
         for _ in range(PHASE_HALVINGS):
             middle = 0.5 * (inside + outside)
             if abs(outside - inside) <= MAXIMUM_ACCURACY * (1.0 + abs(middle)):
                 break
-            here, there, on, _ = _contact_at(motions, middle, -ORBIT_FLOOR, scratch)
-            if here == plain(NO_FURTHER_CONTACT):
+            at_middle, beyond, on, _ = _contact_at(here, middle, -ORBIT_FLOOR, scratch)
+            if at_middle == plain(NO_FURTHER_CONTACT):
                 inside = middle
             else:
-                outside, status, excess, touched = middle, here, there, on
+                outside, status, excess, touched = middle, at_middle, beyond, on
         clear[i] = inside
         contacts.status[i], contacts.excess[i] = status, excess
-        contacts.stop[i] = touched if touched != 0 else int(motions.stop)  # it stays on the stop that it strikes
+        contacts.stop[i] = touched if touched != 0 else int(here.stop)  # it stays on the stop that it strikes
 
 
 @kernel
 def first_admissible(
-    motions: OneImpactMotions, start: float, end: float, scratch: MotionScratch
-) -> tuple[int, float, int]:
-    """Return where admissible orbits begin between two phases, under one harmonic of order 1 between like stops.
+    motions: MotionsByFrequency,
+    phases: Floats,
+    rows: Integers,
+    ends: Floats,
+    contacts: Contacts,
+    scratch: MotionScratch,
+) -> None:
+    """Move phases (p,) to those at which admissible orbits begin, under one harmonic of order 1 between like stops.
 
-    The excess over a stop at a given time after the impact is then a sine of the phase. The largest one at a phase
-    excludes all orbits up to the zero of its sine, which is the next phase. So no admissible orbit is passed over. The
-    steps are those of Newton's method on a convex function, and converge from one side (theory, "One impact a period").
-
-    Returns
-    -------
-    status : int
-        NO_FURTHER_CONTACT, TOUCHES if the steps do not reach the phase, or GIVEN_UP.
-    phase : float
-        No orbit from `start` to this phase is admissible. At `end` or above it: none is.
-    stop : int
-        The stop that is touched there; 0 if no stop is touched after the impact at `start`.
+    No orbit from a phase to where it is moved is admissible; none is at all where it is moved to its end (p,) or above
+    it. The status is NO_FURTHER_CONTACT, TOUCHES if the steps do not reach the phase, or GIVEN_UP; the stop is that
+    which is touched there, 0 if no stop is touched after the impact at the phase itself.
     """
     motions, scratch = reference(motions), reference(scratch)
+    for i in range(rows.shape[0]):
+        here = reference(_at_frequency(motions, rows[i]))
+        contacts.status[i], phases[i], contacts.stop[i] = _first_admissible(here, phases[i], ends[i], scratch)
+
+
+@kernel
+def _first_admissible(
+    motions: OneImpactMotions, start: float, end: float, scratch: MotionScratch
+) -> tuple[int, float, int]:
+    """Return the status of `first_admissible`, the phase to which `start` is moved, and the stop.
+
+    The excess over a stop at a given time after the impact is a sine of the phase. The largest one at a phase excludes
+    all orbits up to the zero of its sine, which is the next phase. So no admissible orbit is passed over. The steps are
+    those of Newton's method on a convex function, and converge from one side (theory, "One impact a period").
+    """
     phase, stop, step = start, plain(0), 0.0
     for _ in range(STEPS_TO_ADMISSIBLE):
         status, excess, touched, place = _contact_at(motions, phase, 0.0, scratch)

@@ -44,16 +44,16 @@ class OneImpactCurve:
         return replace(self, clearance=self.clearance + offset)
 
 
-def explicit_curves(motions: Sequence[StopMotions]) -> dict[str, list[OneImpactCurve]]:
+def explicit_curves(motions: StopMotions) -> dict[str, list[OneImpactCurve]]:
     """Return the curves of special orbits by type, with their gaps, from the orbits at increasing frequencies (m,)."""
-    frame, first = turning_frame(motions), motions[0]
+    frame = turning_frame(motions)
     return {
-        kind: (_joined_single if first.has_at_most_one(kind) else joined)([at.special(kind) for at in motions], frame)
-        for kind in first.types
+        kind: (_joined_single if motions.has_at_most_one(kind) else joined)(motions.special(kind), frame)
+        for kind in motions.types
     }
 
 
-def _joined_single(points: list[list[SpecialOrbit]], frame: Floats) -> list[OneImpactCurve]:
+def _joined_single(points: list[SpecialOrbit], frame: Floats) -> list[OneImpactCurve]:
     """Join special orbits as `joined`, where there is at most one at every frequency.
 
     An orbit continues that of the frequency before, with one exception. Where an orbit becomes virtual, the one half a
@@ -61,29 +61,32 @@ def _joined_single(points: list[list[SpecialOrbit]], frame: Floats) -> list[OneI
     passes through 0, the phase changes by less than SAME_CURVE_PHASE.
     """
     curves: list[dict[int, SpecialOrbit]] = []
-    for i, here in enumerate(points):
-        for orbit in here:
-            last = curves[-1].get(i - 1) if curves else None
-            if last is None or (
-                last.gap * orbit.gap <= 0.0
-                and _angle(orbit.phase + frame[i] - last.phase - frame[i - 1]) > SAME_CURVE_PHASE
-            ):
-                curves.append({})
-            curves[-1][i] = orbit
-    return [_curve(curve, len(points)) for curve in curves]
+    for orbit in points:
+        i = orbit.row
+        last = curves[-1].get(i - 1) if curves else None
+        if last is None or (
+            last.gap * orbit.gap <= 0.0
+            and _angle(orbit.phase + frame[i] - last.phase - frame[i - 1]) > SAME_CURVE_PHASE
+        ):
+            curves.append({})
+        curves[-1][i] = orbit
+    return [_curve(curve, len(frame)) for curve in curves]
 
 
-def turning_frame(motions: Sequence[StopMotions]) -> Floats:
+def turning_frame(motions: StopMotions) -> Floats:
     """Return the angles (m,) by which the steady motion's lowest harmonic is ahead: phases of impacts follow it."""
-    lowest = np.angle([at.orbits.forced.steady[0, -1] for at in motions])
-    return np.asarray(np.unwrap(lowest) / motions[0].family.orders[0])
+    lowest = np.angle([at.steady[0, -1] for at in motions.orbits.forced])
+    return np.asarray(np.unwrap(lowest) / motions.family.orders[0])
 
 
-def joined(points: list[list[SpecialOrbit]], frame: Floats) -> list[OneImpactCurve]:
+def joined(points: Sequence[SpecialOrbit], frame: Floats) -> list[OneImpactCurve]:
     """Join special orbits at successive frequencies to curves, by their phases in a frame (m,) that turns with them."""
     curves: list[dict[int, SpecialOrbit]] = []
     ends: list[int] = []
-    for i, here in enumerate(points):
+    by_row: list[list[SpecialOrbit]] = [[] for _ in frame]
+    for orbit in points:
+        by_row[orbit.row].append(orbit)
+    for i, here in enumerate(by_row):
         apart = sorted(
             (_angle(orbit.phase + frame[i] - curves[k][i - 1].phase - frame[i - 1]), k, j)
             for k in ends
@@ -100,7 +103,7 @@ def joined(points: list[list[SpecialOrbit]], frame: Floats) -> list[OneImpactCur
                 curves.append({})
             curves[taken[j]][i] = orbit
         ends = sorted(taken.values())
-    return [_curve(curve, len(points)) for curve in curves]
+    return [_curve(curve, len(frame)) for curve in curves]
 
 
 def _curve(points: dict[int, SpecialOrbit], size: int) -> OneImpactCurve:

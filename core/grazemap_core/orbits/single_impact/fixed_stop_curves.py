@@ -6,7 +6,7 @@ fixed stop, are lines of constant frequency. They are those of a motion as long 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 
@@ -46,34 +46,34 @@ class FrequencyLine:
         return replace(self, reach=self.reach + offset)
 
 
-def lines(motions: Sequence[StopMotions], gap: float) -> Iterator[FrequencyLine]:
+def lines(motions: StopMotions, gap: float) -> Iterator[FrequencyLine]:
     """Yield the lines of motions with one impact on a stop that is fixed at a gap; `reach` is a gap.
 
     `motions`, at increasing frequencies (m,), are those without the other stop. Two lines of one curve between two of
     the frequencies are missed.
     """
+    omega = motions.orbits.omega.tolist()
     for kind, curves in explicit_curves(motions).items():
         for curve in curves:
             apart = curve.clearance - gap
             for i in np.flatnonzero(apart[1:] * apart[:-1] <= 0.0).tolist():
-                ends = [(motions[k], float(curve.clearance[k])) for k in (i, i + 1)]
-                solution = _between(kind, gap, *ends)
+                ends = [(omega[k], float(curve.clearance[k])) for k in (i, i + 1)]
+                solution = _between(motions, kind, gap, *ends)
                 if solution is not None:
                     here, orbit = solution
                     reach = float(here.reach(np.array([orbit.phase]))[0])
-                    yield FrequencyLine(kind, here.orbits.omega, orbit.speed, bool(orbit.admissible), orbit.stop, reach)
+                    place = float(here.orbits.omega[0])
+                    yield FrequencyLine(kind, place, orbit.speed, bool(orbit.admissible), orbit.stop, reach)
 
 
 def _between(
-    kind: str, gap: float, start: tuple[StopMotions, float], end: tuple[StopMotions, float]
+    motions: StopMotions, kind: str, gap: float, start: tuple[float, float], end: tuple[float, float]
 ) -> tuple[StopMotions, SpecialOrbit] | None:
     """Return the special orbit of a curve that has a gap between two frequencies, after all orbits at its frequency.
 
-    `start` and `end` are the orbits at the two frequencies, and the gaps of the curve there. None where the curve ends
-    between them.
+    `start` and `end` are the two frequencies, and the gaps of the curve there. None where the curve ends between them.
     """
-    (motions, first), (other, last) = start, end
-    low, high = motions.orbits.omega, other.orbits.omega
+    (low, first), (high, last) = start, end
 
     def special(frequency: float) -> tuple[StopMotions, SpecialOrbit]:
         here, expected = motions.at(frequency), first + (frequency - low) / (high - low) * (last - first)
@@ -93,17 +93,14 @@ class _CurveEnds(Exception):
     """There is no special orbit any more that could be followed."""
 
 
-def contacts_with_varied(motions: Sequence[StopMotions], gap: float) -> list[OneImpactCurve]:
+def contacts_with_varied(motions: StopMotions, gap: float) -> list[OneImpactCurve]:
     """Return the curves on which motions that strike a stop fixed at a gap touch the other one; with its gaps.
 
     `motions` are as for `lines`.
     """
-    orbits: list[list[SpecialOrbit]] = []
-    for here in motions:
-        phases = here.orbits.phases(gap)
-        reach = here.reach(np.array(phases)) if phases else np.zeros(0)
-        each = zip(here.orbits_at(phases), reach.tolist(), strict=True)
-        orbits.append([orbit._replace(gap=far, stop=-here.stop) for orbit, far in each if np.isfinite(far)])
+    places = motions.orbits.phases(gap)
+    each = zip(motions.orbits_at(*places), motions.reach(*places).tolist(), strict=True)
+    orbits = [orbit._replace(gap=far, stop=-motions.stop) for orbit, far in each if np.isfinite(far)]
     return joined(orbits, turning_frame(motions))
 
 

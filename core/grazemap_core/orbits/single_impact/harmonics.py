@@ -3,122 +3,115 @@
 from __future__ import annotations
 
 import cmath
-import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from scipy.optimize import brentq
 
+from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
 from grazemap_core.orbits.family import ForcedFamily
-from grazemap_core.orbits.tolerances import ON_UNIT_CIRCLE, PHASE_POLISHING_STEPS, SAME_ZERO
+from grazemap_core.orbits.kernels.harmonics import near_zeros_of_sines, values_at, zeros_near
+from grazemap_core.orbits.tolerances import ON_UNIT_CIRCLE
 from grazemap_core.records import NamedTuple
 from grazemap_core.tolerances import EPSILON
 
 
-class Harmonics(NamedTuple):
-    """A trigonometric polynomial of the phase: a constant and the sum of Im(amplitude exp(i order phase))."""
+class Places(NamedTuple):
+    """Phases of several polynomials, or of motions at several frequencies."""
 
-    orders: tuple[int, ...]
-    """H whole numbers > 0, increasing."""
-    amplitudes: tuple[complex, ...]
-    """H amplitudes by order. There are few, so numbers are quicker than arrays."""
-    constant: float = 0.0
-    """The constant."""
+    phases: Floats
+    """(p,) The phases."""
+    rows: Integers
+    """(p,) Index of the polynomial, or of the frequency; it does not decrease."""
 
     @classmethod
-    def of_steady(cls, forced: ForcedFamily) -> Harmonics:
-        """Return the steady motion of the contact."""
-        orders = tuple(harmonic.order for harmonic in forced.family.oscillator.forces)
-        return cls(orders, tuple(forced.steady[:, -1].tolist()))
+    def of(cls, phases: Floats | float, rows: Integers | int = 0) -> Places:
+        """Return phases (p,) or one, of the row of each or of one for all."""
+        each, row_of_each = np.broadcast_arrays(np.atleast_1d(np.asarray(phases, dtype=np.float64)), rows)
+        return cls(np.ascontiguousarray(each), np.ascontiguousarray(row_of_each, dtype=np.int64))
+
+    def where(self, chosen: Booleans | Integers) -> Places:
+        """Return some of the phases, by flags (p,) or indices."""
+        return Places(self.phases[chosen], self.rows[chosen])
+
+
+class Harmonics(NamedTuple):
+    """Polynomials of the phase of the same orders: a constant and the sum of Im(amplitude exp(i order phase))."""
+
+    orders: Floats
+    """(H,) Whole numbers > 0, increasing."""
+    amplitudes: Complexes
+    """(m, H) Amplitudes by order."""
+    constants: Floats
+    """(m,) The constants."""
+
+    @classmethod
+    def of_steady(cls, forced: Sequence[ForcedFamily]) -> Harmonics:
+        """Return the steady motion of the contact at each of several frequencies (m,)."""
+        return cls(forced[0].family.orders, np.array([at.steady[:, -1] for at in forced]), np.zeros(len(forced)))
 
     def derivative(self) -> Harmonics:
-        """Return the derivative."""
-        return Harmonics(self.orders, tuple([1j * k * a for k, a in zip(self.orders, self.amplitudes, strict=True)]))
+        """Return the derivatives."""
+        return self._replace(amplitudes=1j * self.orders * self.amplitudes, constants=np.zeros_like(self.constants))
 
-    def turned(self, angle: float) -> Harmonics:
-        """Return the polynomial of a phase that is larger by an angle."""
-        turned = tuple(a * cmath.exp(1j * k * angle) for k, a in zip(self.orders, self.amplitudes, strict=True))
-        return Harmonics(self.orders, turned, self.constant)
+    def turned(self, angles: Sequence[float]) -> Harmonics:
+        """Return the first one as a polynomial of a phase that is larger by an angle, for each of several angles (m,).
 
-    def plus(self, factor: float, other: Harmonics) -> Harmonics:
-        """Return this one plus a factor times another one of the same orders."""
-        total = tuple([a + factor * b for a, b in zip(self.amplitudes, other.amplitudes, strict=True)])
-        return Harmonics(self.orders, total, self.constant + factor * other.constant)
+        The products are those of Python: numpy's depend on the processor in the last bit.
+        """
+        terms = list(zip(self.orders.tolist(), self.amplitudes[0].tolist(), strict=True))
+        turned = [[a * cmath.exp(1j * k * angle) for k, a in terms] for angle in angles]
+        return Harmonics(self.orders, np.array(turned), np.repeat(self.constants[:1], len(angles)))
 
-    def times(self, factor: float) -> Harmonics:
-        """Return this one times a factor."""
-        return Harmonics(self.orders, tuple([factor * a for a in self.amplitudes]), factor * self.constant)
+    def plus(self, factor: Floats | float, other: Harmonics) -> Harmonics:
+        """Return these plus a factor, or factors (m,), times other ones of the same orders."""
+        added = other.times(factor)
+        return Harmonics(self.orders, self.amplitudes + added.amplitudes, self.constants + added.constants)
 
-    def at(self, phase: float) -> float:
-        """Return the value at a phase."""
-        value = self.constant
-        for order, amplitude in zip(self.orders, self.amplitudes, strict=True):
-            value += (amplitude * cmath.exp(1j * order * phase)).imag
-        return value
+    def times(self, factor: Floats | float) -> Harmonics:
+        """Return these times a factor, or factors (m,)."""
+        factors = np.asarray(factor)
+        return Harmonics(self.orders, factors[..., None] * self.amplitudes, factors * self.constants)
 
-    def zeros(self) -> list[float]:
-        """Return all zeros in [0, 2 pi), increasing; those closer than SAME_ZERO are one.
+    def at(self, phases: Floats | float, rows: Integers | int = 0) -> Floats:
+        """Return the values of the polynomials `rows` at phases, both (p,) or one for all."""
+        places = Places.of(phases, rows)
+        values = np.empty_like(places.phases)
+        values_at(*self, *places, values)
+        return values if np.ndim(phases) or np.ndim(rows) else values[0]
+
+    def zeros(self) -> Places:
+        """Return all zeros in [0, 2 pi), of each polynomial increasing; those closer than SAME_ZERO are one.
 
         A double zero may be missed, or found as two that are farther apart.
         """
-        size, slopes, phases = abs(self.constant) + sum(map(abs, self.amplitudes)), self.derivative().amplitudes, []
-        for phase in self._near_zeros():
-            value, rate = self._value_and_slope(phase, slopes)
-            for _ in range(PHASE_POLISHING_STEPS):
-                before = phase
-                phase -= value / rate if rate != 0.0 else 0.0
-                if phase == before:
-                    break
-                value, rate = self._value_and_slope(phase, slopes)
-            if abs(value) <= ON_UNIT_CIRCLE * size:
-                phases.append(within_turn(phase))
-        return apart_on_circle(phases)
+        near = self._near_zeros()
+        zeros, counts = np.empty_like(near), np.empty(len(near), dtype=np.int64)
+        zeros_near(*self, near, zeros, counts)
+        found = np.arange(near.shape[1]) < counts[:, None]
+        return Places(zeros[found], np.nonzero(found)[0])
 
-    def _value_and_slope(self, phase: float, slopes: tuple[complex, ...]) -> tuple[float, float]:
-        """Return the value, and the derivative from its amplitudes."""
-        value, slope = self.constant, 0.0
-        for order, amplitude, of_slope in zip(self.orders, self.amplitudes, slopes, strict=True):
-            turn = cmath.exp(1j * order * phase)
-            value += (amplitude * turn).imag
-            slope += (of_slope * turn).imag
-        return value, slope
+    def _near_zeros(self) -> Floats:
+        """Return phases near all zeros, (m, 2 degree); NaN fills the rows.
 
-    def _near_zeros(self) -> list[float]:
-        """Return phases near all zeros: angles of the roots, on the unit circle, of a polynomial of exp(i phase)."""
-        if len(self.orders) == 1:  # a sine
-            (order,), (amplitude,) = self.orders, self.amplitudes
-            if amplitude == 0.0 or abs(self.constant) > math.cosh(ON_UNIT_CIRCLE) * abs(amplitude):
-                return []  # the roots are apart from the unit circle
-            lag, angle = cmath.phase(amplitude), math.asin(max(-1.0, min(-self.constant / abs(amplitude), 1.0)))
-            turns = [2.0 * math.pi * turn for turn in range(order)]
-            return [(there - lag + turn) / order for there in (angle, math.pi - angle) for turn in turns]
-        degree = self.orders[-1]
-        coefficients = np.zeros(2 * degree + 1, dtype=np.complex128)
-        coefficients[degree] = self.constant
-        for order, amplitude in zip(self.orders, self.amplitudes, strict=True):
-            coefficients[degree + order] += amplitude / 2j
-            coefficients[degree - order] -= amplitude.conjugate() / 2j
-        if not np.any(coefficients):
-            return []
-        roots = np.roots(coefficients[::-1])
-        phases: list[float] = np.angle(roots[np.abs(np.abs(roots) - 1.0) <= ON_UNIT_CIRCLE]).tolist()
-        return phases
-
-
-def within_turn(phase: float) -> float:
-    """Return a phase in [0, 2 pi); the remainder of a tiny negative one is rounded to 2 pi."""
-    turned = phase % (2.0 * math.pi)
-    return turned if turned < 2.0 * math.pi else 0.0
-
-
-def apart_on_circle(phases: list[float]) -> list[float]:
-    """Return phases in [0, 2 pi), increasing, without those that follow another one within SAME_ZERO."""
-    ordered = sorted(phases)
-    if not ordered:
-        return []
-    before = [ordered[-1] - 2.0 * math.pi, *ordered]
-    kept = [phase for last, phase in zip(before, ordered, strict=False) if phase - last > SAME_ZERO]
-    return kept or ordered[:1]
+        They are the angles of the roots, on the unit circle, of polynomials of exp(i phase).
+        """
+        degree = int(self.orders[-1])
+        near = np.full((len(self.amplitudes), 2 * degree), np.nan)
+        if len(self.orders) == 1:
+            near_zeros_of_sines(float(degree), self.amplitudes, self.constants, near)
+            return near
+        for phases, amplitudes, constant in zip(near, self.amplitudes, self.constants, strict=True):
+            coefficients = np.zeros(2 * degree + 1, dtype=np.complex128)
+            coefficients[degree] = constant
+            for order, amplitude in zip(self.orders.astype(np.int64).tolist(), amplitudes.tolist(), strict=True):
+                coefficients[degree + order] += amplitude / 2j
+                coefficients[degree - order] -= amplitude.conjugate() / 2j
+            if np.any(coefficients):
+                roots = np.roots(coefficients[::-1])
+                angles = np.angle(roots[np.abs(np.abs(roots) - 1.0) <= ON_UNIT_CIRCLE])
+                phases[: len(angles)] = angles
+        return near
 
 
 def bracketed_zero(test: Callable[[float], float], low: float, high: float, accuracy: float) -> float | None:

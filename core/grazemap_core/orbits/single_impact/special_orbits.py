@@ -1,4 +1,4 @@
-"""Special orbits with one impact on a stop in n periods at one frequency, and whether orbits meet a stop a second time.
+"""Special orbits with one impact on a stop in n periods, and whether orbits meet a stop a second time.
 
 Saddle-nodes (SN), period doublings (PD) and symmetry breakings (SB) are zeros of trigonometric polynomials of the phase
 of the impact, of which none is missed. At a graze (GR) a further contact begins. Under one harmonic, with one stop or
@@ -11,17 +11,19 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 
-from grazemap_core.arrays import Floats
+from grazemap_core.arrays import Booleans, Floats, Integers
+from grazemap_core.contact.reference_motion import real_and_imaginary
 from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.kernels.periodic_impulses import ADMISSIBLE, NEVER, contact_margin
 from grazemap_core.orbits.family import ForcedFamily, OrbitFamily
 from grazemap_core.orbits.kernels.admissibility import GIVEN_UP, NO_FURTHER_CONTACT, TOUCHES, contact_scratch
+from grazemap_core.orbits.kernels.harmonics import within_turn
 from grazemap_core.orbits.kernels.one_impact_contacts import (
     Contacts,
+    MotionsByFrequency,
     MotionScratch,
     OneImpactMotions,
     StopGap,
@@ -29,15 +31,17 @@ from grazemap_core.orbits.kernels.one_impact_contacts import (
     contacts_begin,
     first_admissible,
 )
-from grazemap_core.orbits.single_impact.harmonics import Harmonics, within_turn
+from grazemap_core.orbits.single_impact.harmonics import Harmonics, Places
 from grazemap_core.orbits.single_impact.orbits import OneImpactOrbits
 from grazemap_core.orbits.tolerances import GRAZE_OFFSET, GRAZE_PHASES, ORBIT_FLOOR
 from grazemap_core.records import NamedTuple
 
 
 class SpecialOrbit(NamedTuple):
-    """A special orbit at one frequency."""
+    """A special orbit."""
 
+    row: int
+    """Index of the frequency."""
     phase: float
     """Phase of the impact."""
     speed: float
@@ -67,37 +71,48 @@ class AdmissibleFrom(NamedTuple):
     """Whether there are any; None where round-off hides it."""
 
 
+class Intervals(NamedTuple):
+    """Intervals of phases at several frequencies."""
+
+    starts: Floats
+    """(p,) Their starts."""
+    ends: Floats
+    """(p,) Their ends."""
+    rows: Integers
+    """(p,) Index of the frequency; it does not decrease."""
+
+
 class StopMotions:
-    """Orbits with one impact on a stop in n periods, at one frequency.
+    """Orbits with one impact on a stop in n periods, at several frequencies (m,), the rows.
 
     Symmetric orbits have its mirror image on the other stop.
     """
 
-    def __init__(self, forced: ForcedFamily, stop: int, other: StopGap) -> None:
-        """Set up the polynomials of the phase, and the equations. Raises as `OneImpactOrbits`.
+    def __init__(self, forced: Sequence[ForcedFamily], stop: int, other: StopGap) -> None:
+        """Set up the polynomials of the phase. Raises as `OneImpactOrbits`.
 
         Parameters
         ----------
-        forced : ForcedFamily
+        forced : (m,) ForcedFamily
         stop : int
             +1 or -1.
         other : StopGap
             The gap of the other stop.
         """
         self.other = other
-        self._restitution = forced.family.oscillator.restitution_of(stop)
+        self._restitution = forced[0].family.oscillator.restitution_of(stop)
         self.orbits = OneImpactOrbits(forced, stop, 1.0 + self._restitution)
-        self.problem = forced.problem(forced.steady_size)
+        self._length = np.array([at.steady_size for at in forced])
         self._scratch = MotionScratch(
             sides=np.zeros(1),
             phases=np.zeros(1),
             speeds=np.zeros(1),
-            contact=contact_scratch(1, len(self.problem.decay)),
+            contact=contact_scratch(1, len(self.family.response.decay)),
         )
 
     def at(self, omega: float) -> StopMotions:
         """Return the orbits at another frequency."""
-        return StopMotions(self.family.at(omega), self.stop, self.other)
+        return StopMotions([self.family.at(omega)], self.stop, self.other)
 
     @property
     def stop(self) -> int:
@@ -107,7 +122,7 @@ class StopMotions:
     @property
     def family(self) -> OrbitFamily:
         """The structure and the pattern of impacts."""
-        return self.orbits.forced.family
+        return self.orbits.family
 
     @property
     def has_one_interval(self) -> bool:
@@ -118,7 +133,7 @@ class StopMotions:
         return self.family.has_one_harmonic and self.other in (ABSENT, ALIKE)
 
     def has_at_most_one(self, kind: str) -> bool:
-        """Return whether there is at most one special orbit of a type."""
+        """Return whether there is at most one special orbit of a type at a frequency."""
         return self.has_one_interval if kind == "GR" else self.family.has_one_harmonic
 
     @property
@@ -126,22 +141,34 @@ class StopMotions:
         """The types of special orbits."""
         return ("SN", "SB" if self.family.pattern.symmetric else "PD", "GR")
 
-    def _motions(self, struck: StopGap, other: StopGap) -> OneImpactMotions:
+    def _motions(self, struck: StopGap, other: StopGap) -> MotionsByFrequency:
         """Return the orbits as the kernels take them, with the gaps at which contacts are looked for."""
-        length = self.problem.length
-        return OneImpactMotions(
-            problem=self.problem,
-            speed=_parts(self.orbits.speeds, length),
-            gap=_parts(self.orbits.gaps),
-            pressing=_parts(self.orbits.pressing, length),
+        forced, orbits, unit = self.orbits.forced, self.orbits, self._length[:, None, None]
+        speed, pressing = (real_and_imaginary(of.amplitudes) / unit for of in (orbits.speeds, orbits.pressing))
+        gap = real_and_imaginary(orbits.gaps.amplitudes)
+        first = OneImpactMotions(
+            problem=forced[0].problem(forced[0].steady_size),
+            speed=speed[0],
+            gap=gap[0],
+            pressing=pressing[0],
             stop=float(self.stop),
             struck=struck,
             other=other,
             restitution=self._restitution,
         )
+        return MotionsByFrequency(
+            first=first,
+            omega=orbits.omega,
+            length=self._length,
+            periodic_impulse=np.array([at.sums.after for at in forced]),
+            steady=real_and_imaginary(np.array([at.steady[:, -1] for at in forced]) / self._length[:, None]),
+            speed=speed,
+            gap=gap,
+            pressing=pressing,
+        )
 
-    def contacts(self, phases: Floats) -> Contacts:
-        """Return whether the orbits at phases (m,) have a further contact.
+    def contacts(self, phases: Floats, rows: Integers | int = 0) -> Contacts:
+        """Return whether the orbits at phases (p,) have a further contact.
 
         Raises
         ------
@@ -149,112 +176,135 @@ class StopMotions:
             The motion oscillates too often between two impacts.
         """
         contacts = _empty(len(phases))
-        contacts_at(self._motions(ALIKE, self.other), phases, -ORBIT_FLOOR, contacts, self._scratch)
-        if np.any(contacts.status == GIVEN_UP):
-            raise _too_many_oscillations()
+        contacts_at(self._motions(ALIKE, self.other), *Places.of(phases, rows), -ORBIT_FLOOR, contacts, self._scratch)
+        _require_searched(contacts)
         return contacts
 
-    def reach(self, phases: Floats) -> Floats:
-        """Return how far the orbits at phases (m,) move toward the other stop: the gap at which they touch it.
+    def reach(self, phases: Floats, rows: Integers | int = 0) -> Floats:
+        """Return how far the orbits at phases (p,) move toward the other stop: the gap at which they touch it.
 
         Minus infinity without a maximum.
         """
-        contacts = _empty(len(phases))
-        contacts_at(self._motions(ABSENT, StopGap(0.0)), phases, -math.inf, contacts, self._scratch)
-        return contacts.excess * self.problem.length
+        contacts, places = _empty(len(phases)), Places.of(phases, rows)
+        contacts_at(self._motions(ABSENT, StopGap(0.0)), *places, -math.inf, contacts, self._scratch)
+        return np.asarray(contacts.excess * self._length[places.rows])
 
-    def orbits_at(self, phases: Sequence[float]) -> list[SpecialOrbit]:
-        """Return the orbits at phases. Raises as `contacts`."""
-        return [
-            self._orbit(phase, admissible, 0)
-            for phase, admissible in zip(phases, self._are_admissible(phases), strict=True)
-        ]
+    def orbits_at(self, phases: Floats, rows: Integers | int = 0) -> list[SpecialOrbit]:
+        """Return the orbits at phases (p,). Raises as `contacts`."""
+        places = Places.of(phases, rows)
+        return self._orbits(places, self._are_admissible(places), [0] * len(places.phases))
 
-    @property
-    def _ends_at_graze(self) -> bool:
-        """Whether the admissible orbits are those above one phase, up to the graze of the steady motion.
+    @cached_property
+    def _end_at_graze(self) -> Booleans:
+        """Whether the admissible orbits are those above one phase, up to the graze of the steady motion, (m,).
 
         Where impacts feed in no energy, the speed has the sign of the velocity of the steady motion. The graze is then
         at the end of the interval of phases.
         """
-        return self.has_one_interval and self.orbits.straight > 0.0
+        return self.has_one_interval & (self.orbits.straight > 0.0)
 
-    def _are_admissible(self, phases: Sequence[float]) -> list[bool | None]:
-        begin = self.admissible_from if self._ends_at_graze else None
-        if begin is not None and begin.any is not None:
-            middle = 0.5 * sum(self.phases_of_impacts[0])
-            above = [math.remainder(phase - middle, 2.0 * math.pi) > begin.phase - middle for phase in phases]
-            return [begin.any and is_above for is_above in above]
-        return [_verdict(status) for status in self.contacts(np.array(phases, dtype=np.float64)).status.tolist()]
+    def _are_admissible(self, places: Places) -> list[bool | None]:
+        """Return whether orbits are admissible."""
+        admissible: list[bool | None] = []
+        begins, intervals, hidden = self.admissible_from, self.phases_of_impacts, []
+        for i, (phase, row) in enumerate(zip(*(part.tolist() for part in places), strict=True)):
+            begin = begins[row]
+            if begin is None or begin.any is None:
+                hidden.append(i)
+                admissible.append(None)
+            else:
+                middle = 0.5 * float(intervals.starts[row] + intervals.ends[row])
+                is_above = math.remainder(phase - middle, 2.0 * math.pi) > begin.phase - middle
+                admissible.append(begin.any and is_above)
+        if hidden:
+            status = self.contacts(*places.where(np.array(hidden))).status
+            for i, verdict in zip(hidden, status.tolist(), strict=True):
+                admissible[i] = _verdict(verdict)
+        return admissible
 
     def special(self, kind: str) -> list[SpecialOrbit]:
-        """Return the special orbits of a type."""
-        if kind == "GR":
-            if not self._ends_at_graze:
-                return self._grazes()
-            begin = self.admissible_from
-            return [] if begin.any is False or begin.stop == 0 else [self._orbit(begin.phase, begin.any, begin.stop)]
-        return self.orbits_at(self.orbits.saddle_nodes() if kind == "SN" else self.orbits.period_doublings())
+        """Return the special orbits of a type at all frequencies."""
+        if kind != "GR":
+            return self.orbits_at(*(self.orbits.saddle_nodes() if kind == "SN" else self.orbits.period_doublings()))
+        begins = [
+            (row, begin)
+            for row, begin in enumerate(self.admissible_from)
+            if begin is not None and begin.any is not False and begin.stop != 0
+        ]
+        places = Places.of(np.array([begin.phase for _, begin in begins]), np.array([row for row, _ in begins]))
+        orbits = self._orbits(places, [begin.any for _, begin in begins], [begin.stop for _, begin in begins])
+        return sorted(orbits + self._grazes(), key=lambda orbit: orbit.row)
 
     @cached_property
-    def admissible_from(self) -> AdmissibleFrom:
-        """Where the admissible orbits begin, if they are those above one phase.
+    def admissible_from(self) -> list[AdmissibleFrom | None]:
+        """Where the admissible orbits begin, (m,); None where they are not those above one phase.
 
         The orbits of vanishing speed decide whether there are any. Where round-off hides their contacts, one admissible
         orbit between the phase and the graze shows that there are.
         """
-        sums, is_alone = self.orbits.sums, self.other == ABSENT
-        _, slow = contact_margin(sums.impulses, sums.displacement, is_alone)
-        start, end = self.phases_of_impacts[0]
-        if slow == NEVER:
-            return AdmissibleFrom(end, 0, False)
-        begin, stop = start, 0
+        answers: list[AdmissibleFrom | None] = [None] * len(self._end_at_graze)
+        rows = np.flatnonzero(self._end_at_graze)
+        if not rows.size:
+            return answers
+        is_alone, sums = self.other == ABSENT, [self.orbits.forced[row].sums for row in rows.tolist()]
+        slow = np.array([contact_margin(at.impulses, at.displacement, is_alone)[1] for at in sums])
+        starts, ends, _ = self.phases_of_impacts
+        begins, stops = starts, np.zeros(len(starts), dtype=np.int64)
         if not is_alone:  # both gaps are 0 at a phase; below it the stops have changed sides
-            begin = _zero_after(start, self.orbits.gaps)
+            begins = _zeros_after(starts, self.orbits.gaps)
         if self._restitution == 0.0:  # up to a phase the contact is pressed to the stop and stays on it
-            released = _zero_after(start, self.orbits.pressing)
-            if released > begin:
-                begin, stop = released, self.stop
-        status, phase, touched = first_admissible(self._motions(ALIKE, self.other), begin, end, self._scratch)
-        if status == GIVEN_UP:
-            raise _too_many_oscillations()
-        answer = AdmissibleFrom(phase, touched or stop, None)
-        if phase < end and status == NO_FURTHER_CONTACT:
-            middle = np.array([0.5 * (phase + end)])
-            if slow == ADMISSIBLE or self.contacts(middle).status[0] == NO_FURTHER_CONTACT:
-                return answer._replace(any=True)
-        return answer
+            released = _zeros_after(starts, self.orbits.pressing)
+            begins, stops = np.maximum(begins, released), np.where(released > begins, self.stop, stops)
+        for row in rows[slow == NEVER].tolist():
+            answers[row] = AdmissibleFrom(float(ends[row]), 0, False)
+        rows, slow = rows[slow != NEVER], slow[slow != NEVER]
+        phases, contacts = begins[rows], _empty(len(rows))
+        first_admissible(self._motions(ALIKE, self.other), phases, rows, ends[rows], contacts, self._scratch)
+        _require_searched(contacts)
+        clear = (phases < ends[rows]) & (contacts.status == NO_FURTHER_CONTACT)
+        is_admissible, open_ = clear & (slow == ADMISSIBLE), clear & (slow != ADMISSIBLE)
+        middles = Places(0.5 * (phases + ends[rows]), rows).where(open_)
+        is_admissible[open_] = self.contacts(*middles).status == NO_FURTHER_CONTACT
+        touched = np.where(contacts.stop != 0, contacts.stop, stops[rows])
+        parts = (part.tolist() for part in (rows, phases, touched, is_admissible))
+        for row, phase, stop, some in zip(*parts, strict=True):
+            answers[row] = AdmissibleFrom(phase, stop, some or None)
+        return answers
 
     def _grazes(self) -> list[SpecialOrbit]:
-        """Return the orbits at which a further contact begins, next to admissible ones."""
-        clear: list[float] = []
-        met: list[float] = []
-        for start, end in self.phases_of_impacts:
-            shares = np.linspace(0.0, 1.0, GRAZE_PHASES * len(self.orbits.toward.orders) + 1)
-            shares[0], shares[-1] = GRAZE_OFFSET, 1.0 - GRAZE_OFFSET
-            phases = start + (end - start) * shares
-            fine = self.contacts(phases).status == NO_FURTHER_CONTACT
-            for i in np.flatnonzero(fine[1:] != fine[:-1]).tolist():
-                clear.append(float(phases[i if fine[i] else i + 1]))
-                met.append(float(phases[i + 1 if fine[i] else i]))
-        if not clear:
-            return []
-        places, contacts = np.array(clear), _empty(len(clear))
-        contacts_begin(self._motions(ALIKE, self.other), places, np.array(met), contacts, self._scratch)
-        return [
-            self._orbit(phase, True, stop) for phase, stop in zip(places.tolist(), contacts.stop.tolist(), strict=True)
-        ]
+        """Return the orbits at which a further contact begins, next to admissible ones, where a grid is needed."""
+        starts, ends, rows = self.phases_of_impacts
+        gridded = ~self._end_at_graze[rows]
+        starts, ends, rows = starts[gridded], ends[gridded], rows[gridded]
+        shares = np.linspace(0.0, 1.0, GRAZE_PHASES * len(self.family.orders) + 1)
+        shares[0], shares[-1] = GRAZE_OFFSET, 1.0 - GRAZE_OFFSET
+        phases = starts[:, None] + (ends - starts)[:, None] * shares
+        fine = self.contacts(phases.ravel(), np.repeat(rows, len(shares))).status == NO_FURTHER_CONTACT
+        fine = fine.reshape(phases.shape)
+        interval, before = np.nonzero(fine[:, 1:] != fine[:, :-1])
+        is_fine = fine[interval, before]
+        low, high = phases[interval, before], phases[interval, before + 1]
+        clear, met = np.where(is_fine, low, high), np.where(is_fine, high, low)
+        places, contacts = Places(clear, rows[interval]), _empty(len(clear))
+        contacts_begin(self._motions(ALIKE, self.other), *places, met, contacts, self._scratch)
+        return self._orbits(places, [True] * len(clear), contacts.stop.tolist())
 
     @cached_property
-    def phases_of_impacts(self) -> list[tuple[float, float]]:
+    def phases_of_impacts(self) -> Intervals:
         """The intervals of phases in which the impact is not virtual."""
-        zeros = self.orbits.speeds.zeros()
-        ends = [*zeros, zeros[0] + 2.0 * math.pi] if zeros else []
-        return [(a, b) for a, b in pairwise(ends) if self.orbits.speeds.at(0.5 * (a + b)) > 0.0]
+        starts, rows = self.orbits.speeds.zeros()
+        is_last = np.ones(len(rows), dtype=np.bool_)
+        is_last[:-1] = rows[1:] != rows[:-1]
+        ends = np.roll(starts, -1)
+        ends[is_last] = starts[np.searchsorted(rows, rows[is_last])] + 2.0 * math.pi
+        struck = self.orbits.speeds.at(0.5 * (starts + ends), rows) > 0.0
+        return Intervals(starts[struck], ends[struck], rows[struck])
 
-    def _orbit(self, phase: float, admissible: bool | None, stop: int) -> SpecialOrbit:
-        speed = max(self.orbits.speed(phase), 0.0)  # below it by round-off alone
-        return SpecialOrbit(phase, speed, self.orbits.gap(phase), admissible, stop)
+    def _orbits(self, places: Places, admissible: Sequence[bool | None], stops: Sequence[int]) -> list[SpecialOrbit]:
+        """Return orbits with the verdict on each, and the stop of its further contact."""
+        speeds = [max(speed, 0.0) for speed in self.orbits.speed(*places).tolist()]  # below it by round-off alone
+        numbers = places.rows.tolist(), places.phases.tolist(), speeds, self.orbits.gap(*places).tolist()
+        return [SpecialOrbit(*orbit) for orbit in zip(*numbers, admissible, stops, strict=True)]
 
 
 def _verdict(status: int) -> bool | None:
@@ -262,18 +312,18 @@ def _verdict(status: int) -> bool | None:
     return None if status == TOUCHES else status == NO_FURTHER_CONTACT
 
 
-def _zero_after(start: float, polynomial: Harmonics) -> float:
-    """Return the first zero of a polynomial of one harmonic from a phase on."""
-    return start + min(within_turn(zero - start) for zero in polynomial.zeros())
+def _zeros_after(starts: Floats, polynomials: Harmonics) -> Floats:
+    """Return the first zero from a phase on of each polynomial of one harmonic; both (m,)."""
+    zeros, rows = polynomials.zeros()
+    ahead = [within_turn(zero - start) for zero, start in zip(zeros.tolist(), starts[rows].tolist(), strict=True)]
+    nearest = np.full(len(starts), math.inf)
+    np.minimum.at(nearest, rows, ahead)
+    return np.asarray(starts + nearest)
 
 
-def _too_many_oscillations() -> ParameterError:
-    return ParameterError("omega", "the motion oscillates too often between two impacts to be searched")
-
-
-def _parts(polynomial: Harmonics, unit: float = 1.0) -> Floats:
-    """Return the amplitudes of a polynomial in a unit, (H, 2): real and imaginary parts."""
-    return np.array([[amplitude.real / unit, amplitude.imag / unit] for amplitude in polynomial.amplitudes])
+def _require_searched(contacts: Contacts) -> None:
+    if np.any(contacts.status == GIVEN_UP):
+        raise ParameterError("omega", "the motion oscillates too often between two impacts to be searched")
 
 
 def _empty(count: int) -> Contacts:

@@ -172,7 +172,7 @@ def _between_symmetric(
         for symmetric in (False, True) if multiple % 2 else (False,):
             motion = _PieceMotion(multiple, 1, 1 if symmetric else -1, symmetric)
             families = OrbitFamily.of(oscillator, multiple, symmetric).over(window.omega)
-            motions = [StopMotions(forced, 1, ALIKE) for forced in families]
+            motions = StopMotions(families, 1, ALIKE)
             yield from _explicit_pieces(motions, gaps, window, motion)
 
 
@@ -186,12 +186,12 @@ def _between_others(
             motion = _PieceMotion(multiple, *((1, -1) if stop > 0 else (-1, 1)))
             gaps = moved_gaps(oscillator, varied, stop)
             if gaps is not None:
-                motions = [StopMotions(forced, stop, gaps.other) for forced in families]
+                motions = StopMotions(families, stop, gaps.other)
                 yield from _explicit_pieces(motions, gaps, window, motion)
                 continue
             assert isinstance(varied, VariedStop)
             assert varied.other is not None
-            motions, gap = [StopMotions(forced, stop, ABSENT) for forced in families], varied.other - stop * place
+            motions, gap = StopMotions(families, stop, ABSENT), varied.other - stop * place
             for line in lines(motions, gap):
                 yield from _of_line(line.moved(-stop * place), window, motion)
             for curve in contacts_with_varied(motions, gap):
@@ -199,7 +199,7 @@ def _between_others(
 
 
 def _explicit_pieces(
-    motions: list[StopMotions], gaps: MovedGaps, window: _Window, motion: _PieceMotion
+    motions: StopMotions, gaps: MovedGaps, window: _Window, motion: _PieceMotion
 ) -> Iterator[CurvePiece]:
     """Yield the pieces of the curves of special orbits, from the orbits at the frequencies of a window."""
     for kind, curves in explicit_curves(motions).items():
