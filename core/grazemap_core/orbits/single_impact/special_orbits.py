@@ -60,6 +60,10 @@ ALIKE = StopGap(0.0, 1.0)
 """The gap of the stop that is struck."""
 
 
+_INTERVALS_AT_ONCE = 1000
+# The memory of the grids of their phases is bounded.
+
+
 class AdmissibleFrom(NamedTuple):
     """Where the admissible orbits of one interval of phases begin."""
 
@@ -80,6 +84,10 @@ class Intervals(NamedTuple):
     """(p,) Their ends."""
     rows: Integers
     """(p,) Index of the frequency; it does not decrease."""
+
+    def where(self, chosen: Booleans | Integers) -> Intervals:
+        """Return some of the intervals, by flags (p,) or indices."""
+        return Intervals(self.starts[chosen], self.ends[chosen], self.rows[chosen])
 
 
 class StopMotions:
@@ -248,7 +256,7 @@ class StopMotions:
             return answers
         is_alone, sums = self.other == ABSENT, [self.orbits.forced[row].sums for row in rows.tolist()]
         slow = np.array([contact_margin(at.impulses, at.displacement, is_alone)[1] for at in sums])
-        starts, ends, _ = self.phases_of_impacts
+        starts, ends, _ = self.phases_of_impacts  # under one harmonic there is one interval at a frequency
         begins, stops = starts, np.zeros(len(starts), dtype=np.int64)
         if not is_alone:  # both gaps are 0 at a phase; below it the stops have changed sides
             begins = _zeros_after(starts, self.orbits.gaps)
@@ -262,9 +270,9 @@ class StopMotions:
         first_admissible(self._motions(ALIKE, self.other), phases, rows, ends[rows], contacts, self._scratch)
         _require_searched(contacts)
         clear = (phases < ends[rows]) & (contacts.status == NO_FURTHER_CONTACT)
-        is_admissible, open_ = clear & (slow == ADMISSIBLE), clear & (slow != ADMISSIBLE)
-        middles = Places(0.5 * (phases + ends[rows]), rows).where(open_)
-        is_admissible[open_] = self.contacts(*middles).status == NO_FURTHER_CONTACT
+        is_admissible, unsure = clear & (slow == ADMISSIBLE), clear & (slow != ADMISSIBLE)
+        middles = Places(0.5 * (phases + ends[rows]), rows).where(unsure)
+        is_admissible[unsure] = self.contacts(*middles).status == NO_FURTHER_CONTACT
         touched = np.where(contacts.stop != 0, contacts.stop, stops[rows])
         parts = (part.tolist() for part in (rows, phases, touched, is_admissible))
         for row, phase, stop, some in zip(*parts, strict=True):
@@ -273,17 +281,21 @@ class StopMotions:
 
     def _grazes(self) -> list[SpecialOrbit]:
         """Return the orbits at which a further contact begins, next to admissible ones, where a grid is needed."""
-        starts, ends, rows = self.phases_of_impacts
-        gridded = ~self._end_at_graze[rows]
-        starts, ends, rows = starts[gridded], ends[gridded], rows[gridded]
+        intervals = self.phases_of_impacts
+        gridded = np.flatnonzero(~self._end_at_graze[intervals.rows])
+        parts = [gridded[first : first + _INTERVALS_AT_ONCE] for first in range(0, len(gridded), _INTERVALS_AT_ONCE)]
+        return [graze for part in parts for graze in self._grazes_in(intervals.where(part))]
+
+    def _grazes_in(self, intervals: Intervals) -> list[SpecialOrbit]:
+        """Return the orbits of `_grazes` in some intervals."""
+        starts, ends, rows = intervals
         shares = np.linspace(0.0, 1.0, GRAZE_PHASES * len(self.family.orders) + 1)
         shares[0], shares[-1] = GRAZE_OFFSET, 1.0 - GRAZE_OFFSET
         phases = starts[:, None] + (ends - starts)[:, None] * shares
-        fine = self.contacts(phases.ravel(), np.repeat(rows, len(shares))).status == NO_FURTHER_CONTACT
-        fine = fine.reshape(phases.shape)
+        status = self.contacts(phases.ravel(), np.repeat(rows, len(shares))).status
+        fine = status.reshape(phases.shape) == NO_FURTHER_CONTACT
         interval, before = np.nonzero(fine[:, 1:] != fine[:, :-1])
-        is_fine = fine[interval, before]
-        low, high = phases[interval, before], phases[interval, before + 1]
+        is_fine, low, high = fine[interval, before], phases[interval, before], phases[interval, before + 1]
         clear, met = np.where(is_fine, low, high), np.where(is_fine, high, low)
         places, contacts = Places(clear, rows[interval]), _empty(len(clear))
         contacts_begin(self._motions(ALIKE, self.other), *places, met, contacts, self._scratch)
@@ -298,7 +310,7 @@ class StopMotions:
         ends = np.roll(starts, -1)
         ends[is_last] = starts[np.searchsorted(rows, rows[is_last])] + 2.0 * math.pi
         struck = self.orbits.speeds.at(0.5 * (starts + ends), rows) > 0.0
-        return Intervals(starts[struck], ends[struck], rows[struck])
+        return Intervals(starts, ends, rows).where(struck)
 
     def _orbits(self, places: Places, admissible: Sequence[bool | None], stops: Sequence[int]) -> list[SpecialOrbit]:
         """Return orbits with the verdict on each, and the stop of its further contact."""
