@@ -9,13 +9,14 @@ Ogita & Aishima, Japan J. Indust. Appl. Math. 35 (2018) 1007-1035, for the symme
 
 from __future__ import annotations
 
-from fractions import Fraction
+import math
 
 import numpy as np
 
 from grazemap_core.arrays import Floats
 from grazemap_core.model import tolerances
 from grazemap_core.model.structure import Structure
+from grazemap_core.numerics.kernels.double_double import two_prod
 from grazemap_core.records import dataclass
 
 
@@ -130,10 +131,10 @@ def _off_diagonal_update(
 
 
 def _discriminant(product: Floats, product_change: Floats, decay: Floats, decay_change: Floats) -> Floats:
-    """Return ``w^2 - eta^2`` of the corrected, unrounded numbers: near critical damping the two terms cancel."""
-    return np.array(
-        [
-            float(Fraction(p) + Fraction(dp) - (Fraction(d) + Fraction(dd)) ** 2)
-            for p, dp, d, dd in zip(product, product_change, decay, decay_change, strict=True)
-        ]
-    )
+    """Return ``w^2 - eta^2`` of the corrected, unrounded numbers: near critical damping the two terms cancel.
+
+    The terms of the sum are exact, and it is rounded once.
+    """
+    squares = two_prod(np.array([decay, 2.0 * decay, decay_change]), np.array([decay, decay_change, decay_change]))
+    terms = np.array([product, product_change, *(-squares.high), *(-squares.low)])
+    return np.array([math.fsum(each) for each in terms.T.tolist()])
