@@ -153,10 +153,13 @@ DIAGRAM_SETTLING_PERIODS = 500
 GROWTH_FACTOR = 2.0
 # Mean number of forcing periods of the trajectories that search for a motion with given stops; the maximum is 12,000.
 SEARCH_PERIODS = 150.0
-# Seconds for one frequency of the bifurcation curves of motions with one impact, for each family of motions, each
-# harmonic and each period up to the longest; and per mass.
-EXPLICIT_POINT_SECONDS = 1.6e-4
-EXPLICIT_POINT_MASS_SECONDS = 2.5e-5
+# Seconds for one frequency of the bifurcation curves of motions with one impact, for each family of motions and each
+# period up to the longest, and seconds per mass. The second pair is for each harmonic, where grazes are looked for on a
+# grid of phases.
+EXPLICIT_POINT_SECONDS = 3.0e-5
+EXPLICIT_POINT_MASS_SECONDS = 8.0e-6
+GRIDDED_POINT_SECONDS = 2.5e-4
+GRIDDED_POINT_MASS_SECONDS = 3.0e-5
 # Seconds for one point of a branch; and for its multipliers, per cube of the masses. This is the time for few impacts;
 # n impacts multiply it by 1 + n/BRANCH_IMPACTS.
 BRANCH_SECONDS = 1.0e-3

@@ -23,6 +23,8 @@ from grazemap_worker.planning.rates import (
     CURVES_POINTS,
     EXPLICIT_POINT_MASS_SECONDS,
     EXPLICIT_POINT_SECONDS,
+    GRIDDED_POINT_MASS_SECONDS,
+    GRIDDED_POINT_SECONDS,
     PERIODS_PER_SECOND,
     SEARCH_PERIODS,
     WINDOW_BRANCH_POINTS,
@@ -71,12 +73,15 @@ def expected_seconds(request: BifurcationCurvesRequest) -> float:
 def _frequency_seconds(request: BifurcationCurvesRequest) -> float:
     """Return the seconds of explicit curves, for one frequency and one multiple of the forcing period.
 
-    They are of motions with one impact on either stop, or of those and of symmetric motions.
+    They are of motions with one impact on either stop, or of those and of symmetric motions. Under one harmonic, where
+    the other stop is absent or alike, no grid of phases is needed.
     """
     oscillator, clearance = request.oscillator, request.plane.corners()[0].clearance
     families = sum(gap is not None for gap in (clearance.right, clearance.left))
-    harmonics = len(oscillator.orders)
-    return families * harmonics * (EXPLICIT_POINT_SECONDS + EXPLICIT_POINT_MASS_SECONDS * oscillator.size)
+    if oscillator.orders == [1] and (families == 1 or request.plane.mirrors):
+        return families * (EXPLICIT_POINT_SECONDS + EXPLICIT_POINT_MASS_SECONDS * oscillator.size)
+    seconds = GRIDDED_POINT_SECONDS + GRIDDED_POINT_MASS_SECONDS * oscillator.size
+    return families * len(oscillator.orders) * seconds
 
 
 def _longest_period_cost(request: BifurcationCurvesRequest) -> float | None:
