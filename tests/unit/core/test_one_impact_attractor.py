@@ -62,7 +62,7 @@ def test_the_branch_ends_at_its_saddle_node_and_at_its_graze():
     assert graze.gap == pytest.approx(1.844237331, abs=5e-10)
     assert turn.admissible
     assert graze.stop == -1
-    assert motions.orbits.gap(motions.phases_of_impacts[0][1]) == pytest.approx(1.854989818, abs=5e-10)
+    assert motions.orbits.gap(motions.phases_of_impacts.ends[0]) == pytest.approx(1.854989818, abs=5e-10)
 
 
 @pytest.mark.thorough

@@ -31,8 +31,9 @@ from tests.support.orbits import one_impact_motions, special_motion
 
 def phases_of(motions, count):
     """Phases of impacts, spread over those with a gap above 0: from the zero of the gap to that of the speed."""
-    start, end = motions.phases_of_impacts[0]
-    (low,) = (start + turn for zero in motions.orbits.gaps.zeros() if (turn := (zero - start) % math.tau) < math.pi)
+    (start,), (end,), _ = motions.phases_of_impacts
+    zeros, _ = motions.orbits.gaps.zeros()
+    (low,) = (start + turn for zero in zeros if (turn := (zero - start) % math.tau) < math.pi)
     return np.linspace(low + 0.01, end - 0.01, count).tolist()
 
 
@@ -46,7 +47,7 @@ def test_undamped_motions_lie_on_the_published_ellipse(omega, multiple, restitut
     gain = 1.0 / (1.0 - omega**2)
     shift = (1.0 + restitution) * math.sin(turn) / (1.0 - math.cos(turn))
     loss = (1.0 - restitution) / omega
-    assert abs(motions.orbits.toward.amplitudes[0]) == pytest.approx(abs(gain), rel=1e-9)
+    assert abs(motions.orbits.toward.amplitudes[0, 0]) == pytest.approx(abs(gain), rel=1e-9)
     for phase in phases_of(motions, 7):
         sigma, speed = motions.orbits.gap(phase), motions.orbits.speed(phase)
         # the quadratic for V at a given sigma
@@ -102,14 +103,14 @@ def test_the_impacting_motion_of_recipes_for_continuation():
     # k = 1, c = 0.1, A = 1, w = 1, d = 1, e = 0.8; one stop there, so what the other one would do is no matter
     oscillator = Oscillator.create([1.0], [1.0], [0.05], [1.0], 0.8)
     motions = one_impact_motions(oscillator, 1.0)
-    (phase,) = motions.orbits.phases(1.0)
+    (phase,), _ = motions.orbits.phases(1.0)
     speed = motions.orbits.speed(phase)
     assert -0.8 * speed == pytest.approx(-1.36, abs=0.005)
     # forced by a cosine there
     assert phase - 0.5 * math.pi == pytest.approx(0.076, abs=0.0005)
     # half a turn of the forcing later, at phase pi: x = -0.98, x' = -0.29
     time = math.pi - (phase - 0.5 * math.pi)
-    forced = motions.orbits.toward.amplitudes[0] * np.exp(1j * phase)
+    forced = motions.orbits.toward.amplitudes[0, 0] * np.exp(1j * phase)
     x, v = 1.0 - forced.imag, -0.8 * speed - forced.real
     eta, damped = 0.05, math.sqrt(1.0 - 0.05**2)
     sine, cosine = math.sin(damped * time) / damped, math.cos(damped * time)

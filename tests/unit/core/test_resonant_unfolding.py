@@ -160,7 +160,7 @@ def test_admissible_points_have_admissible_orbits_and_the_others_none(default_po
     assert len({p.unfolding.admissible for p in decided}) == 2
     for point in decided:
         motions = one_impact_motions(DEFAULT, point.omega, point.multiple, point.symmetric)
-        assert motions.admissible_from.any == point.unfolding.admissible
+        assert motions.admissible_from[0].any == point.unfolding.admissible
 
 
 def test_admissibility_is_undecided_for_one_mass_at_a_point_of_a_smaller_order():
@@ -170,11 +170,12 @@ def test_admissibility_is_undecided_for_one_mass_at_a_point_of_a_smaller_order()
     assert [p.unfolding.admissible for p in one_sided] == [None, None]
     assert all(p.unfolding.admissible and p.unfolding.margin is None for p in points if p.symmetric)
     motions = one_impact_motions(ONE_MASS, one_sided[0].omega)
-    assert motions.admissible_from.any is None
+    (begin,) = motions.admissible_from
+    assert begin.any is None
     assert [orbit.admissible for orbit in motions.special("GR")] == [None]
     # the motions of a speed that can be seen are decided
-    fast = motions.admissible_from.phase - np.array([0.1, 1.0])
-    assert [orbit.admissible for orbit in motions.orbits_at(fast.tolist())] == [False, False]
+    fast = begin.phase - np.array([0.1, 1.0])
+    assert [orbit.admissible for orbit in motions.orbits_at(fast)] == [False, False]
 
 
 def test_points_of_no_known_direction_have_no_unfolding():

@@ -78,7 +78,7 @@ def _frequency_seconds(request: BifurcationCurvesRequest) -> float:
     """
     oscillator, clearance = request.oscillator, request.plane.corners()[0].clearance
     families = sum(gap is not None for gap in (clearance.right, clearance.left))
-    if oscillator.orders == [1] and (families == 1 or request.plane.mirrors):
+    if len(oscillator.orders) == 1 and (families == 1 or request.plane.mirrors):
         return families * (EXPLICIT_POINT_SECONDS + EXPLICIT_POINT_MASS_SECONDS * oscillator.size)
     seconds = GRIDDED_POINT_SECONDS + GRIDDED_POINT_MASS_SECONDS * oscillator.size
     return families * len(oscillator.orders) * seconds
