@@ -37,6 +37,7 @@ from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.kernels.admissibility import NO_FURTHER_CONTACT
 from grazemap_core.orbits.periodic_orbits import PeriodicOrbit, periodic_orbit
 from grazemap_core.orbits.single_impact import special_orbits
+from grazemap_core.orbits.single_impact.harmonics import Places
 from grazemap_core.orbits.single_impact.special_orbits import ABSENT, StopGap, StopMotions
 from grazemap_core.simulation.start import State
 from grazemap_core.simulation.tolerances import GROWTH_BOUND, GROWTH_DRIFT
@@ -122,7 +123,7 @@ def admissible_intervals(here: StopMotions) -> list[float]:
         inside = sorted(phase for phase in phases if start < phase < end)
         step = (end - start) / (GRAZE_PHASES * len(here.orbits.toward.orders))
         for low, high in pairwise([start, *inside, end] if inside else []):
-            if here.contacts(np.array([0.5 * (low + high)])).status[0] == NO_FURTHER_CONTACT:
+            if here.contacts(Places.of(0.5 * (low + high))).status[0] == NO_FURTHER_CONTACT:
                 widths.append((high - low) / step)
     return widths
 
@@ -176,7 +177,7 @@ def phases_end(orbit: PeriodicOrbit, system: System) -> bool:
     lags = two_impact_orbits._Lags(forced, stops_between(system.oscillator, system.clearance, forced.steady_size), 1)
     step = 2.0 * math.pi / LAG_STEPS
     low = math.floor(lag_of(orbit) / step) * step
-    return len(lags.mismatches([low])) != len(lags.mismatches([low + step]))
+    return len(lags.mismatches([low])[1]) != len(lags.mismatches([low + step])[1])
 
 
 def lag_steps(systems: int) -> Measured:

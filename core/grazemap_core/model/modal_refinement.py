@@ -133,7 +133,7 @@ def _off_diagonal_update(
 def _discriminant(product: Floats, product_change: Floats, decay: Floats, decay_change: Floats) -> Floats:
     """Return ``w^2 - eta^2`` of the corrected, unrounded numbers: near critical damping the two terms cancel.
 
-    The terms of the sum are exact, and it is rounded once.
+    The terms of the sum are exact, unless they underflow, and it is rounded once.
     """
     squares = two_prod(np.array([decay, 2.0 * decay, decay_change]), np.array([decay, decay_change, decay_change]))
     terms = np.array([product, product_change, *(-squares.high), *(-squares.low)])

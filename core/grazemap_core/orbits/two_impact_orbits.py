@@ -17,7 +17,7 @@ from grazemap_core.model.kernels.block_flow import block_flow
 from grazemap_core.orbits.family import ForcedFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.kernels.equations import rebound_of
-from grazemap_core.orbits.single_impact.harmonics import Harmonics, bracketed_zero
+from grazemap_core.orbits.single_impact.harmonics import Harmonics, Places, bracketed_zero
 from grazemap_core.orbits.tolerances import LAG_ACCURACY, LAG_STEPS
 
 
@@ -31,7 +31,8 @@ def two_impact_sequences(forced: ForcedFamily, stops: Stops, first: int) -> list
     turn = 2.0 * math.pi * lags.multiple
     grid = np.linspace(0.0, turn, LAG_STEPS * lags.multiple + 1)[1:-1].tolist()
     at_each: list[list[tuple[float, float]]] = [[] for _ in grid]
-    for row, phase, mismatch in lags.mismatches(grid):
+    places, mismatches = lags.mismatches(grid)
+    for phase, row, mismatch in zip(*(column.tolist() for column in (*places, mismatches)), strict=True):
         at_each[row].append((phase, mismatch))
     sequences: list[ImpactSequence] = []
     before: list[tuple[float, float]] = []
@@ -95,22 +96,23 @@ class _Lags:
             places.append(moved._replace(constants=np.full(len(lags), -self.sides[i] * self.gaps[i])))
         return speeds, places
 
-    def mismatches(self, lags: list[float]) -> list[tuple[int, float, float]]:
+    def mismatches(self, lags: list[float]) -> tuple[Places, Floats]:
         """Return the phases at which the first impact is on its stop, and by how much the second one is beyond its own.
 
-        Each phase comes after the index of its lag.
+        Rows are lags.
         """
         first, second = self._polynomials(lags)[1]
         zeros = first.zeros()
-        return list(zip(zeros.rows.tolist(), zeros.phases.tolist(), second.at(*zeros).tolist(), strict=True))
+        return zeros, second.at(*zeros)
 
     def between(self, low: float, high: float, phase: float) -> Iterator[ImpactSequence]:
         """Yield the orbit between two lags, with a phase near the given one, if neither impact is virtual."""
 
         def nearest(lag: float) -> tuple[float, float]:
-            at_lag = [(other, mismatch) for _, other, mismatch in self.mismatches([lag])]
-            if not at_lag:
+            places, mismatches = self.mismatches([lag])
+            if not places.phases.size:
                 raise _PhaseEnds
+            at_lag = zip(places.phases.tolist(), mismatches.tolist(), strict=True)
             return min(at_lag, key=lambda other: abs(math.remainder(other[0] - phase, 2.0 * math.pi)))
 
         try:

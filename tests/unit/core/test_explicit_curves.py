@@ -20,7 +20,7 @@ from grazemap_core.orbits.kernels.harmonics import within_turn, zeros_near
 from grazemap_core.orbits.kernels.one_impact_contacts import StopGap
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.orbits.single_impact import special_orbits
-from grazemap_core.orbits.single_impact.harmonics import Harmonics, bracketed_zero
+from grazemap_core.orbits.single_impact.harmonics import Harmonics, Places, bracketed_zero
 from grazemap_core.orbits.single_impact.special_orbits import (
     ABSENT,
     AdmissibleFrom,
@@ -86,7 +86,7 @@ def test_a_stretch_that_the_other_stop_spoils_is_not_admissible() -> None:
         here, special = nearest(dense(), piece, middle, 1)
         with digits():
             reach = OneImpact(dense(), arb(float(piece.omega[middle])), 2).reach(arb(special.phase))
-        assert here.reach(np.array([special.phase]))[0] - place == pytest.approx(reach, abs=1e-3)
+        assert here.reach(Places.of(special.phase))[0] - place == pytest.approx(reach, abs=1e-3)
         if abs(reach - other) > 2e-3:
             assert piece.admissible == (special.admissible and reach < other)
             seen.add(piece.admissible)
@@ -273,4 +273,4 @@ def test_a_search_that_is_given_up_is_refused(monkeypatch: pytest.MonkeyPatch) -
 
     monkeypatch.setattr(special_orbits, "contacts_at", given_up)
     with refused("omega"):
-        here.orbits_at(np.ones(1))
+        here.orbits_at(Places.of(1.0))

@@ -92,7 +92,7 @@ def test_stability_is_that_of_the_published_trace_and_determinant(alpha, multipl
                 point = special_motion(motions, kind)
                 if point is not None and point.speed > 1e-6:
                     total = trace(point.phase, point.gap, point.speed)
-                    amplitude = abs(motions.orbits.speeds.amplitudes[0]) * omega
+                    amplitude = abs(motions.orbits.speeds.amplitudes[0, 0]) * omega
                     size = 1.0 + abs(total) * amplitude / point.speed
                     assert abs(1.0 + sign * total + determinant) < 1e-12 * size
                     types.add(kind)

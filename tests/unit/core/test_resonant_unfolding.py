@@ -14,6 +14,7 @@ from grazemap_core.grazing import codimension_two
 from grazemap_core.grazing.codimension_two import codimension_two_points
 from grazemap_core.grazing.grazing_curve import grazing_curve
 from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.orbits.single_impact.harmonics import Places
 from tests.oracles.closed_form import one_impact_branch
 from tests.oracles.fifty_digits import digits, polynomial
 from tests.oracles.impact_orbit_oracle import OneImpact
@@ -175,7 +176,7 @@ def test_admissibility_is_undecided_for_one_mass_at_a_point_of_a_smaller_order()
     assert [orbit.admissible for orbit in motions.special("GR")] == [None]
     # the motions of a speed that can be seen are decided
     fast = begin.phase - np.array([0.1, 1.0])
-    assert [orbit.admissible for orbit in motions.orbits_at(fast)] == [False, False]
+    assert [orbit.admissible for orbit in motions.orbits_at(Places.of(fast))] == [False, False]
 
 
 def test_points_of_no_known_direction_have_no_unfolding():

@@ -154,8 +154,8 @@ GROWTH_FACTOR = 2.0
 # Mean number of forcing periods of the trajectories that search for a motion with given stops; the maximum is 12,000.
 SEARCH_PERIODS = 150.0
 # Seconds for one frequency of the bifurcation curves of motions with one impact, for each family of motions and each
-# period up to the longest, and seconds per mass. The second pair is for each harmonic, where grazes are looked for on a
-# grid of phases.
+# period up to the longest, and seconds per mass. The second pair replaces the first one, for each
+# harmonic, where grazes are looked for on a grid of phases.
 EXPLICIT_POINT_SECONDS = 3.0e-5
 EXPLICIT_POINT_MASS_SECONDS = 8.0e-6
 GRIDDED_POINT_SECONDS = 2.5e-4

@@ -39,7 +39,10 @@ def values_at(
 
 @kernel
 def near_zeros_of_sines(order: float, amplitudes: Complexes, constants: Floats, near: Floats) -> None:
-    """Write phases near all zeros of polynomials of one harmonic into near (m, 2 order); rows without zero stay."""
+    """Write phases near all zeros of polynomials of one harmonic into near (m, 2 order).
+
+    The rows of polynomials without a zero are left as they are.
+    """
     turns = near.shape[1] // 2
     for row in range(near.shape[0]):
         amplitude, constant = amplitudes[row, 0], constants[row]
@@ -59,7 +62,7 @@ def zeros_near(
 ) -> None:
     """Write into zeros (m, k), increasing in [0, 2 pi), those of the polynomials next to phases near (m, k).
 
-    Those closer than SAME_ZERO are one; their numbers are written into counts (m,). A phase near no zero may be NaN.
+    Those closer than SAME_ZERO are one. How many a row has is written into counts (m,). NaN is near no zero.
     """
     for row in range(near.shape[0]):
         constant, size, count = constants[row], 0.0, 0
@@ -68,6 +71,8 @@ def zeros_near(
         size += abs(constant)
         for k in range(near.shape[1]):
             phase = near[row, k]
+            if math.isnan(phase):
+                continue
             value, slope = _value_and_slope(orders, amplitudes[row], constant, phase)
             for _ in range(PHASE_POLISHING_STEPS):
                 before = phase

@@ -59,8 +59,9 @@ class OneImpactMotions(NamedTuple):
 class MotionsByFrequency(NamedTuple):
     """Orbits with one impact in a span at several frequencies."""
 
-    first: OneImpactMotions
-    """Those at the first frequency."""
+    problem: OrbitProblem
+    """Their equations at the first frequency. What contacts do not depend on is the same at all: derivatives by the
+    frequency, and the impulses of a multiplier of -1."""
     omega: Floats
     """(m,) The forcing frequencies."""
     length: Floats
@@ -75,6 +76,14 @@ class MotionsByFrequency(NamedTuple):
     """(m, H, 2)."""
     pressing: Floats
     """(m, H, 2)."""
+    stop: float
+    """As in `OneImpactMotions`, likewise the others."""
+    struck: StopGap
+    """The gap for contacts with the stop of the impact."""
+    other: StopGap
+    """The gap for contacts with the other stop."""
+    restitution: float
+    """Restitution of the stop of the impact."""
 
 
 class MotionScratch(NamedTuple):
@@ -103,12 +112,8 @@ class Contacts(NamedTuple):
 
 @kernel
 def _at_frequency(motions: MotionsByFrequency, row: int) -> OneImpactMotions:
-    """Return the orbits at one of the frequencies.
-
-    The parts of the equations on which contacts do not depend, derivatives by the frequency and the impulses of a
-    multiplier of -1, stay those at the first frequency.
-    """
-    first, problem = motions.first, motions.first.problem
+    """Return the orbits at one of the frequencies."""
+    problem, struck, other = motions.problem, motions.struck, motions.other
     here = OrbitProblem(
         problem.decay,
         problem.discriminant,
@@ -132,10 +137,10 @@ def _at_frequency(motions: MotionsByFrequency, row: int) -> OneImpactMotions:
         motions.speed[row],
         motions.gap[row],
         motions.pressing[row],
-        first.stop,
-        StopGap(first.struck.fixed, first.struck.by_gap),
-        StopGap(first.other.fixed, first.other.by_gap),
-        first.restitution,
+        motions.stop,
+        StopGap(struck.fixed, struck.by_gap),
+        StopGap(other.fixed, other.by_gap),
+        motions.restitution,
     )
 
 

@@ -18,7 +18,7 @@ from grazemap_core.grazing.grazing_curve import VariedStop, steady_motion, stop_
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.orbits.single_impact.curves import OneImpactCurve, explicit_curves, joined, turning_frame
-from grazemap_core.orbits.single_impact.harmonics import bracketed_zero
+from grazemap_core.orbits.single_impact.harmonics import Places, bracketed_zero
 from grazemap_core.orbits.single_impact.special_orbits import SpecialOrbit, StopMotions
 from grazemap_core.orbits.tolerances import FREQUENCY_ACCURACY
 from grazemap_core.records import dataclass
@@ -61,7 +61,7 @@ def lines(motions: StopMotions, gap: float) -> Iterator[FrequencyLine]:
                 solution = _between(motions, kind, gap, *ends)
                 if solution is not None:
                     here, orbit = solution
-                    reach = float(here.reach(np.array([orbit.phase]))[0])
+                    reach = float(here.reach(Places.of(orbit.phase))[0])
                     place = float(here.orbits.omega[0])
                     yield FrequencyLine(kind, place, orbit.speed, bool(orbit.admissible), orbit.stop, reach)
 
@@ -99,7 +99,7 @@ def contacts_with_varied(motions: StopMotions, gap: float) -> list[OneImpactCurv
     `motions` are as for `lines`.
     """
     places = motions.orbits.phases(gap)
-    each = zip(motions.orbits_at(*places), motions.reach(*places).tolist(), strict=True)
+    each = zip(motions.orbits_at(places), motions.reach(places).tolist(), strict=True)
     orbits = [orbit._replace(gap=far, stop=-motions.stop) for orbit, far in each if np.isfinite(far)]
     return joined(orbits, turning_frame(motions))
 

@@ -22,13 +22,13 @@ class Places(NamedTuple):
     phases: Floats
     """(p,) The phases."""
     rows: Integers
-    """(p,) Index of the polynomial, or of the frequency; it does not decrease."""
+    """(p,) Index of the polynomial, or of the frequency."""
 
     @classmethod
     def of(cls, phases: Floats | float, rows: Integers | int = 0) -> Places:
         """Return phases (p,) or one, of the row of each or of one for all."""
-        each, row_of_each = np.broadcast_arrays(np.atleast_1d(np.asarray(phases, dtype=np.float64)), rows)
-        return cls(np.ascontiguousarray(each), np.ascontiguousarray(row_of_each, dtype=np.int64))
+        shape = np.broadcast_shapes(np.shape(phases), np.shape(rows)) or (1,)
+        return cls(np.full(shape, phases, dtype=np.float64), np.full(shape, rows, dtype=np.int64))
 
     def where(self, chosen: Booleans | Integers) -> Places:
         """Return some of the phases, by flags (p,) or indices."""
@@ -55,13 +55,14 @@ class Harmonics(NamedTuple):
         return self._replace(amplitudes=1j * self.orders * self.amplitudes, constants=np.zeros_like(self.constants))
 
     def turned(self, angles: Sequence[float]) -> Harmonics:
-        """Return the first one as a polynomial of a phase that is larger by an angle, for each of several angles (m,).
+        """Return a single polynomial as functions of a phase that is larger by an angle, for each of angles (m,).
 
         The products are those of Python: numpy's depend on the processor in the last bit.
         """
-        terms = list(zip(self.orders.tolist(), self.amplitudes[0].tolist(), strict=True))
+        (amplitudes,) = self.amplitudes.tolist()
+        terms = list(zip(self.orders.tolist(), amplitudes, strict=True))
         turned = [[a * cmath.exp(1j * k * angle) for k, a in terms] for angle in angles]
-        return Harmonics(self.orders, np.array(turned), np.repeat(self.constants[:1], len(angles)))
+        return Harmonics(self.orders, np.array(turned), np.repeat(self.constants, len(angles)))
 
     def plus(self, factor: Floats | float, other: Harmonics) -> Harmonics:
         """Return these plus a factor, or factors (m,), times other ones of the same orders."""
@@ -74,22 +75,23 @@ class Harmonics(NamedTuple):
         return Harmonics(self.orders, factors[..., None] * self.amplitudes, factors * self.constants)
 
     def at(self, phases: Floats | float, rows: Integers | int = 0) -> Floats:
-        """Return the values of the polynomials `rows` at phases, both (p,) or one for all."""
+        """Return the values of the polynomials `rows` at phases, both (p,) or one for all; of one at one, a number."""
         places = Places.of(phases, rows)
         values = np.empty_like(places.phases)
         values_at(*self, *places, values)
         return values if np.ndim(phases) or np.ndim(rows) else values[0]
 
     def zeros(self) -> Places:
-        """Return all zeros in [0, 2 pi), of each polynomial increasing; those closer than SAME_ZERO are one.
+        """Return all zeros in [0, 2 pi); those closer than SAME_ZERO are one.
 
-        A double zero may be missed, or found as two that are farther apart.
+        Rows do not decrease, and the zeros of a row increase. A double zero may be missed, or found as two that are
+        farther apart.
         """
         near = self._near_zeros()
         zeros, counts = np.empty_like(near), np.empty(len(near), dtype=np.int64)
         zeros_near(*self, near, zeros, counts)
-        found = np.arange(near.shape[1]) < counts[:, None]
-        return Places(zeros[found], np.nonzero(found)[0])
+        is_zero = np.arange(near.shape[1]) < counts[:, None]
+        return Places(zeros[is_zero], np.nonzero(is_zero)[0])
 
     def _near_zeros(self) -> Floats:
         """Return phases near all zeros, (m, 2 degree); NaN fills the rows.

@@ -89,11 +89,11 @@ class OneImpactOrbits:
         return steady.plus(-self.rebound * self._sum("acceleration_after") / self.omega, self.speeds)
 
     def speed(self, phases: Floats | float, rows: Integers | int = 0) -> Floats:
-        """Return the speeds of the impacts at phases; an impact is virtual where its speed is negative."""
+        """Return the speeds of the impacts at phases, as `Harmonics.at`; an impact is virtual where it is negative."""
         return self.omega[rows] * self.speeds.at(phases, rows)
 
     def gap(self, phases: Floats | float, rows: Integers | int = 0) -> Floats:
-        """Return the gaps of the stop, with which there is an impact at a phase."""
+        """Return the gaps of the stop, as `Harmonics.at`, with which there is an impact at a phase."""
         return self.gaps.at(phases, rows)
 
     def phases(self, gap: float) -> Places:

@@ -20,12 +20,10 @@ from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.kernels.periodic_impulses import ADMISSIBLE, NEVER, contact_margin
 from grazemap_core.orbits.family import ForcedFamily, OrbitFamily
 from grazemap_core.orbits.kernels.admissibility import GIVEN_UP, NO_FURTHER_CONTACT, TOUCHES, contact_scratch
-from grazemap_core.orbits.kernels.harmonics import within_turn
 from grazemap_core.orbits.kernels.one_impact_contacts import (
     Contacts,
     MotionsByFrequency,
     MotionScratch,
-    OneImpactMotions,
     StopGap,
     contacts_at,
     contacts_begin,
@@ -60,8 +58,8 @@ ALIKE = StopGap(0.0, 1.0)
 """The gap of the stop that is struck."""
 
 
-_INTERVALS_AT_ONCE = 1000
-# The memory of the grids of their phases is bounded.
+PHASES_AT_ONCE = 50_000
+"""Maximum number of phases of grids that are in memory at once."""
 
 
 class AdmissibleFrom(NamedTuple):
@@ -149,33 +147,27 @@ class StopMotions:
         """The types of special orbits."""
         return ("SN", "SB" if self.family.pattern.symmetric else "PD", "GR")
 
-    def _motions(self, struck: StopGap, other: StopGap) -> MotionsByFrequency:
-        """Return the orbits as the kernels take them, with the gaps at which contacts are looked for."""
+    @cached_property
+    def _motions(self) -> MotionsByFrequency:
+        """The orbits as the kernels take them, with contacts that are no impacts looked for."""
         forced, orbits, unit = self.orbits.forced, self.orbits, self._length[:, None, None]
-        speed, pressing = (real_and_imaginary(of.amplitudes) / unit for of in (orbits.speeds, orbits.pressing))
-        gap = real_and_imaginary(orbits.gaps.amplitudes)
-        first = OneImpactMotions(
-            problem=forced[0].problem(forced[0].steady_size),
-            speed=speed[0],
-            gap=gap[0],
-            pressing=pressing[0],
-            stop=float(self.stop),
-            struck=struck,
-            other=other,
-            restitution=self._restitution,
-        )
+        steady = np.array([at.steady[:, -1] for at in forced]) / self._length[:, None]
         return MotionsByFrequency(
-            first=first,
+            problem=forced[0].problem(forced[0].steady_size),
             omega=orbits.omega,
             length=self._length,
             periodic_impulse=np.array([at.sums.after for at in forced]),
-            steady=real_and_imaginary(np.array([at.steady[:, -1] for at in forced]) / self._length[:, None]),
-            speed=speed,
-            gap=gap,
-            pressing=pressing,
+            steady=real_and_imaginary(steady),
+            speed=real_and_imaginary(orbits.speeds.amplitudes) / unit,
+            gap=real_and_imaginary(orbits.gaps.amplitudes),
+            pressing=real_and_imaginary(orbits.pressing.amplitudes) / unit,
+            stop=float(self.stop),
+            struck=ALIKE,
+            other=self.other,
+            restitution=self._restitution,
         )
 
-    def contacts(self, phases: Floats, rows: Integers | int = 0) -> Contacts:
+    def contacts(self, places: Places) -> Contacts:
         """Return whether the orbits at phases (p,) have a further contact.
 
         Raises
@@ -183,27 +175,27 @@ class StopMotions:
         ParameterError
             The motion oscillates too often between two impacts.
         """
-        contacts = _empty(len(phases))
-        contacts_at(self._motions(ALIKE, self.other), *Places.of(phases, rows), -ORBIT_FLOOR, contacts, self._scratch)
+        contacts = _empty(len(places.phases))
+        contacts_at(self._motions, *places, -ORBIT_FLOOR, contacts, self._scratch)
         _require_searched(contacts)
         return contacts
 
-    def reach(self, phases: Floats, rows: Integers | int = 0) -> Floats:
+    def reach(self, places: Places) -> Floats:
         """Return how far the orbits at phases (p,) move toward the other stop: the gap at which they touch it.
 
         Minus infinity without a maximum.
         """
-        contacts, places = _empty(len(phases)), Places.of(phases, rows)
-        contacts_at(self._motions(ABSENT, StopGap(0.0)), *places, -math.inf, contacts, self._scratch)
+        contacts = _empty(len(places.phases))
+        toward_other = self._motions._replace(struck=ABSENT, other=StopGap(0.0))
+        contacts_at(toward_other, *places, -math.inf, contacts, self._scratch)
         return np.asarray(contacts.excess * self._length[places.rows])
 
-    def orbits_at(self, phases: Floats, rows: Integers | int = 0) -> list[SpecialOrbit]:
+    def orbits_at(self, places: Places) -> list[SpecialOrbit]:
         """Return the orbits at phases (p,). Raises as `contacts`."""
-        places = Places.of(phases, rows)
         return self._orbits(places, self._are_admissible(places), [0] * len(places.phases))
 
     @cached_property
-    def _end_at_graze(self) -> Booleans:
+    def _admissible_end_at_graze(self) -> Booleans:
         """Whether the admissible orbits are those above one phase, up to the graze of the steady motion, (m,).
 
         Where impacts feed in no energy, the speed has the sign of the velocity of the steady motion. The graze is then
@@ -214,33 +206,34 @@ class StopMotions:
     def _are_admissible(self, places: Places) -> list[bool | None]:
         """Return whether orbits are admissible."""
         admissible: list[bool | None] = []
-        begins, intervals, hidden = self.admissible_from, self.phases_of_impacts, []
-        for i, (phase, row) in enumerate(zip(*(part.tolist() for part in places), strict=True)):
-            begin = begins[row]
+        undecided: list[int] = []
+        starts, ends, _ = self.phases_of_impacts
+        for i, (phase, row) in enumerate(zip(places.phases.tolist(), places.rows.tolist(), strict=True)):
+            begin = self.admissible_from[row]
             if begin is None or begin.any is None:
-                hidden.append(i)
+                undecided.append(i)
                 admissible.append(None)
             else:
-                middle = 0.5 * float(intervals.starts[row] + intervals.ends[row])
+                middle = 0.5 * float(starts[row] + ends[row])
                 is_above = math.remainder(phase - middle, 2.0 * math.pi) > begin.phase - middle
                 admissible.append(begin.any and is_above)
-        if hidden:
-            status = self.contacts(*places.where(np.array(hidden))).status
-            for i, verdict in zip(hidden, status.tolist(), strict=True):
+        if undecided:
+            status = self.contacts(places.where(np.array(undecided))).status
+            for i, verdict in zip(undecided, status.tolist(), strict=True):
                 admissible[i] = _verdict(verdict)
         return admissible
 
     def special(self, kind: str) -> list[SpecialOrbit]:
         """Return the special orbits of a type at all frequencies."""
         if kind != "GR":
-            return self.orbits_at(*(self.orbits.saddle_nodes() if kind == "SN" else self.orbits.period_doublings()))
-        begins = [
+            return self.orbits_at(self.orbits.saddle_nodes() if kind == "SN" else self.orbits.period_doublings())
+        grazes = [
             (row, begin)
             for row, begin in enumerate(self.admissible_from)
             if begin is not None and begin.any is not False and begin.stop != 0
         ]
-        places = Places.of(np.array([begin.phase for _, begin in begins]), np.array([row for row, _ in begins]))
-        orbits = self._orbits(places, [begin.any for _, begin in begins], [begin.stop for _, begin in begins])
+        places = Places.of(np.array([graze.phase for _, graze in grazes]), np.array([row for row, _ in grazes]))
+        orbits = self._orbits(places, [graze.any for _, graze in grazes], [graze.stop for _, graze in grazes])
         return sorted(orbits + self._grazes(), key=lambda orbit: orbit.row)
 
     @cached_property
@@ -250,13 +243,14 @@ class StopMotions:
         The orbits of vanishing speed decide whether there are any. Where round-off hides their contacts, one admissible
         orbit between the phase and the graze shows that there are.
         """
-        answers: list[AdmissibleFrom | None] = [None] * len(self._end_at_graze)
-        rows = np.flatnonzero(self._end_at_graze)
+        answers: list[AdmissibleFrom | None] = [None] * len(self._admissible_end_at_graze)
+        rows = np.flatnonzero(self._admissible_end_at_graze)
         if not rows.size:
             return answers
         is_alone, sums = self.other == ABSENT, [self.orbits.forced[row].sums for row in rows.tolist()]
         slow = np.array([contact_margin(at.impulses, at.displacement, is_alone)[1] for at in sums])
-        starts, ends, _ = self.phases_of_impacts  # under one harmonic there is one interval at a frequency
+        starts, ends, _ = self.phases_of_impacts
+        assert len(starts) == len(answers)  # under one harmonic there is one interval at a frequency
         begins, stops = starts, np.zeros(len(starts), dtype=np.int64)
         if not is_alone:  # both gaps are 0 at a phase; below it the stops have changed sides
             begins = _zeros_after(starts, self.orbits.gaps)
@@ -267,38 +261,38 @@ class StopMotions:
             answers[row] = AdmissibleFrom(float(ends[row]), 0, False)
         rows, slow = rows[slow != NEVER], slow[slow != NEVER]
         phases, contacts = begins[rows], _empty(len(rows))
-        first_admissible(self._motions(ALIKE, self.other), phases, rows, ends[rows], contacts, self._scratch)
+        first_admissible(self._motions, phases, rows, ends[rows], contacts, self._scratch)
         _require_searched(contacts)
         clear = (phases < ends[rows]) & (contacts.status == NO_FURTHER_CONTACT)
         is_admissible, unsure = clear & (slow == ADMISSIBLE), clear & (slow != ADMISSIBLE)
         middles = Places(0.5 * (phases + ends[rows]), rows).where(unsure)
-        is_admissible[unsure] = self.contacts(*middles).status == NO_FURTHER_CONTACT
+        is_admissible[unsure] = self.contacts(middles).status == NO_FURTHER_CONTACT
         touched = np.where(contacts.stop != 0, contacts.stop, stops[rows])
-        parts = (part.tolist() for part in (rows, phases, touched, is_admissible))
-        for row, phase, stop, some in zip(*parts, strict=True):
+        columns = (column.tolist() for column in (rows, phases, touched, is_admissible))
+        for row, phase, stop, some in zip(*columns, strict=True):
             answers[row] = AdmissibleFrom(phase, stop, some or None)
         return answers
 
     def _grazes(self) -> list[SpecialOrbit]:
         """Return the orbits at which a further contact begins, next to admissible ones, where a grid is needed."""
-        intervals = self.phases_of_impacts
-        gridded = np.flatnonzero(~self._end_at_graze[intervals.rows])
-        parts = [gridded[first : first + _INTERVALS_AT_ONCE] for first in range(0, len(gridded), _INTERVALS_AT_ONCE)]
-        return [graze for part in parts for graze in self._grazes_in(intervals.where(part))]
-
-    def _grazes_in(self, intervals: Intervals) -> list[SpecialOrbit]:
-        """Return the orbits of `_grazes` in some intervals."""
-        starts, ends, rows = intervals
         shares = np.linspace(0.0, 1.0, GRAZE_PHASES * len(self.family.orders) + 1)
         shares[0], shares[-1] = GRAZE_OFFSET, 1.0 - GRAZE_OFFSET
+        gridded = np.flatnonzero(~self._admissible_end_at_graze[self.phases_of_impacts.rows])
+        at_once = max(1, PHASES_AT_ONCE // len(shares))
+        parts = (gridded[first : first + at_once] for first in range(0, len(gridded), at_once))
+        return [graze for part in parts for graze in self._grazes_in(self.phases_of_impacts.where(part), shares)]
+
+    def _grazes_in(self, intervals: Intervals, shares: Floats) -> list[SpecialOrbit]:
+        """Return the orbits of `_grazes` in some intervals, with a grid at these shares of each."""
+        starts, ends, rows = intervals
         phases = starts[:, None] + (ends - starts)[:, None] * shares
-        status = self.contacts(phases.ravel(), np.repeat(rows, len(shares))).status
+        status = self.contacts(Places(phases.ravel(), np.repeat(rows, len(shares)))).status
         fine = status.reshape(phases.shape) == NO_FURTHER_CONTACT
         interval, before = np.nonzero(fine[:, 1:] != fine[:, :-1])
         is_fine, low, high = fine[interval, before], phases[interval, before], phases[interval, before + 1]
         clear, met = np.where(is_fine, low, high), np.where(is_fine, high, low)
         places, contacts = Places(clear, rows[interval]), _empty(len(clear))
-        contacts_begin(self._motions(ALIKE, self.other), *places, met, contacts, self._scratch)
+        contacts_begin(self._motions, *places, met, contacts, self._scratch)
         return self._orbits(places, [True] * len(clear), contacts.stop.tolist())
 
     @cached_property
@@ -327,7 +321,8 @@ def _verdict(status: int) -> bool | None:
 def _zeros_after(starts: Floats, polynomials: Harmonics) -> Floats:
     """Return the first zero from a phase on of each polynomial of one harmonic; both (m,)."""
     zeros, rows = polynomials.zeros()
-    ahead = [within_turn(zero - start) for zero, start in zip(zeros.tolist(), starts[rows].tolist(), strict=True)]
+    ahead = np.mod(zeros - starts[rows], 2.0 * math.pi)
+    ahead[ahead >= 2.0 * math.pi] = 0.0  # the remainder of a tiny negative number is rounded to 2 pi
     nearest = np.full(len(starts), math.inf)
     np.minimum.at(nearest, rows, ahead)
     return np.asarray(starts + nearest)
