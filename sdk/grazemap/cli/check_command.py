@@ -18,9 +18,8 @@ _SECONDS = 3600.0
 _MAX_SECONDS = 1e6
 
 
-def add_command(commands: Any) -> None:
-    """Add the command to those of the parser."""
-    check = commands.add_parser("check", help="verify the certificate of a proof")
+def add_arguments(check: argparse.ArgumentParser, _: str) -> None:
+    """Add the arguments of the command to its parser."""
     check.add_argument("certificate", type=Path, metavar="FILE", help="a result of proofs saved as .json")
     check.add_argument(
         "--seconds",

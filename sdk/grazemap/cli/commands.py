@@ -1,6 +1,7 @@
 """The parser of all commands, and the options of a command.
 
-The models of requests and the client take half a second to import. They are imported only for commands that need them.
+The models of requests and the client take a third of a second to import. The modules of commands import them, and are
+imported only for the command of the command line: listing the commands, `--version` and a wrong name need none.
 """
 
 from __future__ import annotations
@@ -8,9 +9,11 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Collection, Sequence
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from grazemap.cli import storage_commands, up_command
+from grazemap.process_names import SUMMARIES
+from grazemap.suggestions import suggestion
 from grazemap.version import __version__
 
 if TYPE_CHECKING:
@@ -35,42 +38,53 @@ class _Parser(argparse.ArgumentParser):
         super().__init__(allow_abbrev=False, **keywords)
 
 
-def parser(processes: Collection[str] | None = None) -> argparse.ArgumentParser:
+# The commands that are not processes: the modules that add their arguments, and what the commands do.
+_OTHERS = {
+    "up": ("up_command", "run a service with its workers on this machine"),
+    "status": ("status_command", "show a running service and its jobs"),
+    "repair": ("storage_commands", "cut off the damaged end of an append-only file"),
+    "backup": ("storage_commands", "save a data folder, also while a stack runs on it"),
+    "restore": ("storage_commands", "create a data folder from a backup"),
+    "plot": ("result_commands", "draw a saved result"),
+    "show": ("result_commands", "say what a saved result is"),
+    "schema": ("result_commands", "print the JSON schema of a request"),
+    "check": ("check_command", "verify the certificate of a proof"),
+    "completion": ("completion_command", "print the completion script of a shell"),
+}
+
+
+def parser(named: Collection[str] | None = None) -> argparse.ArgumentParser:
     """Return the parser of all commands; each of them sets `command`, the function that runs it.
 
-    Only the commands of `processes` (None: of all) have their flags: making the flags of all processes takes a tenth of
-    a second.
+    Only the commands that are named (None: all) have their arguments, because loading what they need takes longer than
+    to list all commands.
     """
-    from grazemap.cli import check_command, completion_command, process_commands, result_commands, status_command
-
-    top, commands = _top()
-    process_commands.add_processes(commands, processes)
-    up_command.add_command(commands)
-    status_command.add_command(commands)
-    storage_commands.add_commands(commands)
-    result_commands.add_commands(commands)
-    check_command.add_command(commands)
-    completion_command.add_command(commands, parser)
-    return top
-
-
-def _parser_of(words: Sequence[str]) -> argparse.ArgumentParser:
-    """Return a parser that has the command of some words."""
-    top, commands = _top()
-    up_command.add_command(commands)
-    storage_commands.add_commands(commands)
-    return top if words and words[0] in commands.choices else parser(set(words))
-
-
-def _top() -> tuple[argparse.ArgumentParser, Any]:
-    """Return a parser without commands, and what commands are added to."""
     top = _Parser(
         prog="grazemap",
         description="Grazing bifurcations of impact oscillators.",
         formatter_class=_OneLineHelp,
     )
     top.add_argument("--version", action="version", version=f"grazemap {__version__}")
-    return top, top.add_subparsers(title="commands", required=True, metavar="COMMAND")
+    commands = top.add_subparsers(title="commands", required=True, metavar="COMMAND")
+    _add_processes(commands, named)
+    run = commands.add_parser("run", help="compute a process; the same as its own command")
+    _add_processes(run.add_subparsers(required=True, metavar="PROCESS"), named)
+    for name, (module, what) in _OTHERS.items():
+        added = commands.add_parser(name, help=what)
+        if named is None or name in named:
+            import_module(f"grazemap.cli.{module}").add_arguments(added, name)
+    return top
+
+
+def _add_processes(commands: Any, named: Collection[str] | None) -> None:
+    """Add a command for each process."""
+    for process, summary in SUMMARIES.items():
+        options: dict[str, Any] = {}
+        if named is None or process in named:
+            from grazemap.cli import process_commands
+
+            options = process_commands.options_of_parser(process)
+        commands.add_parser(process, help=summary, **options)
 
 
 def parsed(arguments: Sequence[str]) -> argparse.Namespace:
@@ -80,7 +94,7 @@ def parsed(arguments: Sequence[str]) -> argparse.Namespace:
     reports them together with the errors of its request.
     """
     words = _with_hyphens(arguments)
-    top = _parser_of(words)
+    top = parser(words[: 2 if words[:1] == ["run"] else 1])
     command = _command(top, words)
     words, errors_of_switches = _without_switch_values(_with_negative_values(words), command)
     options, unknown = top.parse_known_args(words)
@@ -114,8 +128,6 @@ def _command(top: argparse.ArgumentParser, words: Sequence[str]) -> argparse.Arg
         if chosen is None or chosen.choices is None or word.startswith("-"):
             break
         if word not in chosen.choices:
-            from grazemap.wire.error_texts import suggestion
-
             near = suggestion(word, chosen.choices) or f" (allowed: {', '.join(chosen.choices)})"
             current.error(f"there is no {str(chosen.metavar or chosen.dest).lower()} {word}{near}")
         current = chosen.choices[word] if isinstance(chosen.choices, dict) else current
@@ -167,7 +179,6 @@ def _argument_names(unknown: Sequence[str]) -> list[str]:
 
 def _unknown_argument(name: str, command: argparse.ArgumentParser, computes: bool) -> ProblemError:
     from grazemap.wire import ProblemError
-    from grazemap.wire.error_texts import suggestion
 
     if name.startswith("-"):
         return ProblemError(pointer=name, detail=f"Unknown flag{suggestion(name, command._option_string_actions)}")

@@ -3,26 +3,26 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from typing import Any
 
+from grazemap.cli import commands
 from grazemap.cli.exit_codes import DONE
 
 _SHELLS = ("bash", "zsh", "tcsh")
 
 
-def add_command(commands: Any, parser: Callable[[], argparse.ArgumentParser]) -> None:
-    """Add the command to those of the parser; `parser` returns the parser of all commands."""
-    completion = commands.add_parser("completion", help="print the completion script of a shell")
+def add_arguments(completion: argparse.ArgumentParser, _: str) -> None:
+    """Add the arguments of the command to its parser."""
     completion.add_argument("shell", choices=_SHELLS)
-    completion.set_defaults(command=lambda options: _completion(options.shell, parser()))
+    completion.set_defaults(command=_completion)
 
 
-def _completion(shell: str, parser: argparse.ArgumentParser) -> int:
+def _completion(options: argparse.Namespace) -> int:
     import shtab
 
+    parser = commands.parser()
     _complete_files(parser, {"FILE": shtab.FILE, "FOLDER": shtab.DIRECTORY})
-    print(shtab.complete(parser, shell))
+    print(shtab.complete(parser, options.shell))
     return DONE
 
 

@@ -6,8 +6,8 @@ import argparse
 import json
 import shlex
 import sys
-from collections.abc import Collection, Mapping
 from contextlib import closing
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -27,16 +27,17 @@ _SI_EXAMPLE = (
 )
 
 
-def add_processes(commands: Any, flagged: Collection[str] | None) -> None:
-    """Add a command for each process, and `run` with the same subcommands.
-
-    `flagged` are the processes whose flags are added; None: all. Only the process of the command line needs them, and
-    making all of them is slow.
-    """
-    flag_parsers = {process: _arguments(process) for process in PROCESSES if flagged is None or process in flagged}
-    _add_each(commands, flag_parsers)
-    run = commands.add_parser("run", help="compute a process; the same as its own command")
-    _add_each(run.add_subparsers(required=True, metavar="PROCESS"), flag_parsers)
+@cache
+def options_of_parser(process: str) -> dict[str, Any]:
+    """Return the options with which the parser of a process is made."""
+    operation = PROCESSES[process].operation
+    return {
+        "parents": [_arguments(process)],
+        "usage": "%(prog)s [FLAGS]",
+        "formatter_class": argparse.RawDescriptionHelpFormatter,
+        "description": operation.description,
+        "epilog": f"{_SI_EXAMPLE}\nexample: grazemap {shlex.join(example(process))}".replace("%", "%%"),
+    }
 
 
 def compute(options: argparse.Namespace) -> int:
@@ -69,20 +70,6 @@ def compute(options: argparse.Namespace) -> int:
     ):
         return fail(f"no periodic orbit was found: {result.reason}", NOT_FOUND)
     return DONE
-
-
-def _add_each(commands: Any, flag_parsers: Mapping[str, argparse.ArgumentParser]) -> None:
-    for process, request in PROCESSES.items():
-        added = commands.add_parser(
-            process,
-            parents=[flag_parsers[process]] if process in flag_parsers else [],
-            help=request.operation.summary,
-            usage="%(prog)s [FLAGS]",
-            formatter_class=argparse.RawDescriptionHelpFormatter,
-            description=request.operation.description,
-        )
-        if process in flag_parsers:
-            added.epilog = f"{_SI_EXAMPLE}\nexample: grazemap {shlex.join(example(process))}".replace("%", "%%")
 
 
 def _arguments(process: str) -> argparse.ArgumentParser:

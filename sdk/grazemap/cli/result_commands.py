@@ -37,15 +37,21 @@ _OVERLAYS: dict[type[Result], str] = {
 }
 
 
-def add_commands(commands: Any) -> None:
-    """Add the commands to those of the parser."""
-    plot = commands.add_parser("plot", help="draw a saved result")
-    plot.add_argument("result", type=Path, metavar="FILE", help="a .npz or .json file")
-    plot.add_argument("-o", "--output", type=Path, metavar="FILE", help="default: the result's name with .png")
-    plot.add_argument(
+def add_arguments(command: argparse.ArgumentParser, name: str) -> None:
+    """Add the arguments of one of the three commands to its parser."""
+    if name == "schema":
+        command.add_argument("process", choices=sorted(PROCESSES), metavar="PROCESS", help=", ".join(PROCESSES))
+        command.set_defaults(command=_schema)
+        return
+    command.add_argument("result", type=Path, metavar="FILE", help="a .npz or .json file")
+    command.set_defaults(command=_show if name == "show" else _plot)
+    if name == "show":
+        return
+    command.add_argument("-o", "--output", type=Path, metavar="FILE", help="default: the result's name with .png")
+    command.add_argument(
         "--engineering-units", action="store_true", help="Hz and mm in place of rad/s and m; for a result in SI"
     )
-    plot.add_argument(
+    command.add_argument(
         "--over",
         type=Path,
         action="append",
@@ -53,18 +59,9 @@ def add_commands(commands: Any) -> None:
         metavar="FILE",
         help="a grazing curve, its points or bifurcation curves, drawn over a map; may be given again",
     )
-    plot.add_argument(
+    command.add_argument(
         "--quantity", metavar="NAME", help="an observable, or an output such as spring_rms; of maps, diagrams, branches"
     )
-    plot.set_defaults(command=_plot)
-
-    show = commands.add_parser("show", help="say what a saved result is")
-    show.add_argument("result", type=Path, metavar="FILE", help="a .npz or .json file")
-    show.set_defaults(command=_show)
-
-    schema = commands.add_parser("schema", help="print the JSON schema of a request")
-    schema.add_argument("process", choices=sorted(PROCESSES), metavar="PROCESS", help=", ".join(PROCESSES))
-    schema.set_defaults(command=_schema)
 
 
 def describe(result: Result) -> None:

@@ -6,7 +6,6 @@ import argparse
 import json
 import time
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 from grazemap import constants
 from grazemap.cli.clients import client_of
@@ -23,9 +22,8 @@ _MAX_LISTED: dict[Status, int] = {"running": 20, "accepted": 5, "failed": 3}
 _CLEAR = "\x1b[H\x1b[J"
 
 
-def add_command(commands: Any) -> None:
-    """Add the command to those of the parser."""
-    status = commands.add_parser("status", help="show a running service and its jobs")
+def add_arguments(status: argparse.ArgumentParser, _: str) -> None:
+    """Add the arguments of the command to its parser."""
     status.add_argument(
         "--url", help=f"address of a running service (default: GRAZEMAP_URL, else {constants.DEFAULT_BASE_URL})"
     )

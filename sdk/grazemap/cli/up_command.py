@@ -9,7 +9,6 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 from grazemap.cli.exit_codes import DONE, FAILED
 from grazemap.errors import ProtocolError
@@ -20,9 +19,8 @@ from grazemap.start_display import StartLine, ready_line
 _DEFAULT_ADDRESS = {"GRAZEMAP_HOST": "127.0.0.1", "GRAZEMAP_PORT": "8000"}
 
 
-def add_command(commands: Any) -> None:
-    """Add the command to those of the parser."""
-    up = commands.add_parser("up", help="run a service with its workers on this machine")
+def add_arguments(up: argparse.ArgumentParser, _: str) -> None:
+    """Add the arguments of the command to its parser."""
     host, port = (_setting(name, default) for name, default in _DEFAULT_ADDRESS.items())
     up.add_argument("--host", default=host, help="address to listen on; overrides GRAZEMAP_HOST (default: %(default)s)")
     # a default is text, so that argparse checks it like an argument

@@ -18,6 +18,7 @@ from pydantic_core import PydanticCustomError
 
 from grazemap.errors import ParameterError
 from grazemap.results import PeriodicOrbit, State
+from grazemap.suggestions import suggestion
 from grazemap.wire import (
     PROCESSES,
     BasinCoordinate,
@@ -35,7 +36,6 @@ from grazemap.wire import (
 )
 from grazemap.wire.base import Kind, is_range_or_list, plain
 from grazemap.wire.error_details import errors_of
-from grazemap.wire.error_texts import suggestion
 from grazemap.wire.observables import OutputRow
 from grazemap.wire.planes import ALLOWED, AXES, Axis, WindowAxis, vary_of
 from grazemap.wire.problems import make_problem

@@ -27,8 +27,8 @@ from grazemap.client.arguments import (
 )
 from grazemap.constants import UNITS
 from grazemap.results import RESULTS, Result
+from grazemap.suggestions import suggestion
 from grazemap.wire import PROCESSES, ProcessRequest
-from grazemap.wire.error_texts import suggestion
 from grazemap.wire.observables import ObservedRequest
 from grazemap.wire.process import ShortForms
 
@@ -116,6 +116,7 @@ class ProcessMethod:
         self.process, self.extra, self._result = process, _EXTRAS.get(process, Extra()), result
         self.name = self.extra.name or re.sub(r"(?<!^)(?=[A-Z])", "_", result.__name__).lower()
         self._request = PROCESSES[process]
+        self._request.describe_fields()
         self._fields, self._short = dict(self._request.model_fields), self._request.short
         axes = self._short.axes if self._short else ()
         names = {name: [*self._short.fields] if self._short and (name,) == axes else [name] for name in self._fields}

@@ -36,6 +36,7 @@ from pydantic_core.core_schema import ValidatorFunctionWrapHandler, no_info_wrap
 from grazemap.constants import LARGEST_NUMBER, SMALLEST_NUMBER
 from grazemap.errors import ProtocolError
 from grazemap.wire.error_texts import explained
+from grazemap.wire.field_texts import texts_below
 
 Place = tuple[str, ...]
 """The names and positions that lead to a value, such as ("axis", "values", "0")."""
@@ -57,7 +58,7 @@ class Request(BaseModel):
         extra="forbid",
         frozen=True,
         hide_input_in_errors=True,
-        use_attribute_docstrings=True,
+        defer_build=True,
     )
 
     @classmethod
@@ -72,8 +73,16 @@ class Request(BaseModel):
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Put `_validated` around all other validators; it takes over the name of the model in JSON schemas, `ref`."""
+        cls.describe_fields()
         model: dict[str, Any] = dict(handler(source))
         return no_info_wrap_validator_function(cls._validated, model, ref=model.pop("ref", None))
+
+    @classmethod
+    def describe_fields(cls) -> None:
+        """Give the fields the descriptions that stand below them; validation and JSON schemas do so themselves."""
+        for name, text in texts_below(cls).items():
+            if name in cls.model_fields and cls.model_fields[name].description is None:
+                cls.model_fields[name].description = text
 
     @classmethod
     def _validated(cls, values: Any, handler: ValidatorFunctionWrapHandler) -> Self:

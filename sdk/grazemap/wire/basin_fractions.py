@@ -42,7 +42,6 @@ class BasinFractionsRequest(OneParameterRequest):
     operation = Operation(
         "basin-fractions",
         "submit_basin_fractions",
-        "Basin fractions",
         "Compute the share of random initial states that leads to each attractor, at every value of one parameter.",
         {
             "along the clearance": {

@@ -86,7 +86,6 @@ class BasinsRequest(PointRequest):
     operation = Operation(
         "basins",
         "submit_basins",
-        "Basins of attraction",
         "Compute the motion that every initial state of a rectangle leads to, and the attractors with their shares.",
         {
             "two coexisting motions": {

@@ -20,7 +20,6 @@ class BifurcationDiagramsRequest(OneParameterRequest, ObservedRequest):
     operation = Operation(
         "bifurcation-diagrams",
         "submit_bifurcation_diagrams",
-        "Bifurcation diagram",
         "Compute stroboscopic points, impact velocities and the motion at every value of one parameter.",
         {
             "along the clearance": {

@@ -6,9 +6,8 @@ The latter is described from the JSON schema of the model, so it cannot disagree
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
-from difflib import get_close_matches
 from functools import cache
 from typing import Any
 
@@ -16,10 +15,9 @@ from pydantic import BaseModel
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from grazemap.constants import LARGEST_NUMBER, SMALLEST_NUMBER
+from grazemap.suggestions import LONGEST_NAME, suggestion
 
 Schema = Mapping[str, Any]
-# All known names are much shorter, and the comparison of longer names takes time.
-_LONGEST_NAME = 64
 # In place of messages that name classes of Python or quote the input.
 _NO_ALTERNATIVE, _NO_OBJECT = "Input is not valid here", "Input should be an object"
 _MESSAGES = {
@@ -60,7 +58,7 @@ def explained(error: Mapping[str, Any], model: type[BaseModel]) -> InitErrorDeta
         here, schema = next(((there, root) for root in schemas if (there := _at(root, where))), ([], schemas[0]))
         context.setdefault("allowed", _describe_all(here, schema))
         if kind == "extra_forbidden":
-            context["value"] = f" {json.dumps(str(place[-1])[:_LONGEST_NAME])}"
+            context["value"] = f" {json.dumps(str(place[-1])[:LONGEST_NAME])}"
             context["hint"] = suggestion(
                 str(place[-1]), [name for branch in here for name in branch.get("properties", ())]
             )
@@ -83,16 +81,6 @@ def written_schema(model: type[BaseModel]) -> Schema:
     if written is not None:
         written(schema)
     return schema
-
-
-def suggestion(unknown: str, known: Iterable[str]) -> str:
-    """Return a suggestion of a known name for an unknown one, or "" where none is similar.
-
-    The hyphens with which all flags begin make no names similar.
-    """
-    names = {name.lstrip("-"): name for name in known}
-    near = get_close_matches(unknown.lstrip("-"), names, n=1) if len(unknown) <= _LONGEST_NAME else []
-    return f"; did you mean {names[near[0]]}" if near else ""
 
 
 def branches(schema: Schema, root: Schema) -> list[Schema]:

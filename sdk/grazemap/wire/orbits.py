@@ -108,7 +108,6 @@ class PeriodicOrbitsRequest(PointRequest, ObservedRequest):
     operation = Operation(
         "periodic-orbits",
         "submit_periodic_orbits",
-        "Periodic orbit",
         "Compute the periodic orbit near given impacts, its multipliers, and whether it is admissible.",
         {
             "default oscillator": {"omega": 0.29, "clearance": 1.6, "motion": {"period": 1, "stops": [1, 1, -1, -1]}},
@@ -148,7 +147,6 @@ class OrbitBranchesRequest(PeriodicOrbitsRequest):
     operation = Operation(
         "orbit-branches",
         "submit_orbit_branches",
-        "Branch of a periodic orbit",
         "Follow the branch of a periodic orbit over a parameter, with its special points and the branches from there.",
         {
             "default oscillator": {
@@ -269,7 +267,6 @@ class BifurcationCurvesRequest(PlaneRequest):
     operation = Operation(
         "bifurcation-curves",
         "submit_bifurcation_curves",
-        "Bifurcation curves",
         "Compute the saddle-node (SN), period-doubling (PD), symmetry-breaking (SB), Neimark-Sacker (NS) and grazing "
         "(GR) curves of motions in a window of two parameters.",
         {

@@ -517,7 +517,6 @@ class UnfoldingMapsRequest(PlaneRequest, ObservedRequest):
     operation = Operation(
         "unfolding-maps",
         "submit_unfolding_map",
-        "Unfolding map",
         "Compute the motion that each point of a grid settles to; its tiles can be fetched before the map is complete.",
         {
             "coarse map of the default oscillator": _example(16),

@@ -25,6 +25,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from grazemap.described import described
+from grazemap.process_names import SUMMARIES
 from grazemap.wire.base import Place, Places, Positive, Request, invalid, is_range_or_list, without_nulls
 from grazemap.wire.error_texts import Schema, branches
 from grazemap.wire.oscillator import Oscillator
@@ -39,14 +40,17 @@ class Operation:
     """Its name, and the last part of its address."""
     operation_id: str
     """The operation's name for generated clients."""
-    summary: str
-    """A few words."""
     description: str
     """Some sentences."""
     examples: Mapping[str, Mapping[str, Any]]
     """Requests that can be posted as they are, by their names."""
     references: str = ""
     """Where the theory is, for the docstrings of clients."""
+
+    @property
+    def summary(self) -> str:
+        """A few words."""
+        return SUMMARIES[self.process]
 
 
 class ProcessRequest(Request):

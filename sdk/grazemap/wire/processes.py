@@ -2,8 +2,8 @@
 
 The client builds a model, the service validates it and the worker parses it; a job's id is the hash of its canonical
 text. Equal requests have the same id: defaults are filled in, 1 equals 1.0, -0.0 equals 0.0, and the order of keys does
-not matter. The modules of this folder are searched for requests with an `operation` (`process.Operation`), so no
-process is listed here.
+not matter. The modules of this folder are searched for requests with an `operation` (`process.Operation`);
+`process_names` has their order.
 """
 
 from __future__ import annotations
@@ -16,25 +16,8 @@ from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any
 
+from grazemap.process_names import SUMMARIES
 from grazemap.wire.process import ProcessRequest
-
-# The order in which documents and messages name the processes; others follow in alphabetical order.
-_ORDER = (
-    "structures",
-    "grazing-curves",
-    "codimension-two-points",
-    "discontinuity-mappings",
-    "trajectories",
-    "bifurcation-diagrams",
-    "unfolding-maps",
-    "unfolding-diagrams",
-    "basins",
-    "basin-fractions",
-    "periodic-orbits",
-    "orbit-branches",
-    "bifurcation-curves",
-    "proofs",
-)
 
 
 def _requests() -> Iterator[type[ProcessRequest]]:
@@ -45,12 +28,10 @@ def _requests() -> Iterator[type[ProcessRequest]]:
                     yield value
 
 
-def _in_order(process: str) -> tuple[int, str]:
-    return _ORDER.index(process) if process in _ORDER else len(_ORDER), process
-
-
-_FOUND = {request.operation.process: request for request in _requests()}
-PROCESSES: dict[str, type[ProcessRequest]] = {process: _FOUND[process] for process in sorted(_FOUND, key=_in_order)}
+_BY_NAME = {request.operation.process: request for request in _requests()}
+PROCESSES: dict[str, type[ProcessRequest]] = {
+    process: _BY_NAME[process] for process in sorted(_BY_NAME, key=list(SUMMARIES).index)
+}
 
 
 def parse_request(process: str, body: dict[str, Any]) -> ProcessRequest:

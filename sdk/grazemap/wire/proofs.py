@@ -135,7 +135,6 @@ class ProofsRequest(ProcessRequest):
     operation = Operation(
         "proofs",
         "submit_proofs",
-        "Proof",
         "Prove or disprove one statement about an oscillator; the result is a certificate that `grazemap check` "
         "verifies.",
         {

@@ -57,7 +57,6 @@ class GrazingCurvesRequest(ProcessRequest):
     operation = Operation(
         "grazing-curves",
         "submit_grazing_curve",
-        "Grazing curve",
         "Compute clearance = A(omega), at which the steady motion touches the stops, with phase and first recurrence.",
         {
             "default oscillator": {"axis": {"vary": "omega", "values": {"start": 0.05, "stop": 1.2, "points": 200}}},
@@ -107,7 +106,6 @@ class CodimensionTwoPointsRequest(ProcessRequest):
     operation = Operation(
         "codimension-two-points",
         "submit_codimension_two_points",
-        "Codimension-two points",
         "Compute every codimension-two point of the grazing curve over an interval of omega.",
         {
             "default oscillator": {
@@ -146,7 +144,6 @@ class DiscontinuityMappingsRequest(ProcessRequest):
     operation = Operation(
         "discontinuity-mappings",
         "submit_discontinuity_mappings",
-        "Discontinuity mapping at a graze",
         "Compute the discontinuity mapping at a grazing point, its error, and the returns of the motion below grazing.",
         {
             "default oscillator": {"omega": 0.29, "overshoot": [1e-06, 1e-05, 0.0001, 0.001], "returns": 4},
@@ -193,7 +190,6 @@ class TrajectoriesRequest(PointRequest, ObservedRequest):
     operation = Operation(
         "trajectories",
         "submit_trajectory",
-        "Trajectories",
         "Compute a trajectory from each initial state: its impacts, its final state, the motion that it settles to.",
         {
             "from rest": {"omega": 0.29, "clearance": 1.6, "periods": 20, "samples_per_period": 50},
@@ -285,7 +281,6 @@ class UnfoldingDiagramsRequest(PlaneRequest):
     operation = Operation(
         "unfolding-diagrams",
         "submit_unfolding_diagram",
-        "Unfolding diagram",
         "Compute an unfolding map, the curves and points over it, and an explanation of every border of its regions.",
         {
             "coarse diagram near the paper's codimension-two point": {

@@ -25,7 +25,6 @@ class StructuresRequest(ProcessRequest):
     operation = Operation(
         "structures",
         "submit_structure",
-        "Linear properties",
         "Compute natural frequencies, damping ratios, contact weights, the steady response and the impulse response.",
         {
             "default oscillator": {"omega": {"start": 0.2, "stop": 0.4, "points": 5}, "times": [1.0, 2.0]},

@@ -489,7 +489,7 @@ def test_a_method_requires_what_its_request_requires(process):
 class ToysRequest(ProcessRequest):
     """A process that is not there."""
 
-    operation = Operation("toys", "submit_toy", "Toy", "Compute a toy.", {}, "A book.")
+    operation = Operation("toys", "submit_toy", "Compute a toy.", {}, "A book.")
 
     omega: Grid
     """Frequencies."""
