@@ -11,8 +11,8 @@ from typing import Any
 
 from grazemap.cli import units
 from grazemap.cli.flags import Flag, flags_of, flags_of_short_forms, value_at
-from grazemap.client.arguments import parameter_error, validated
 from grazemap.errors import ParameterError, RequestWarning
+from grazemap.validation import parameter_error, validated
 from grazemap.wire import PROCESSES, ProblemError, ProcessRequest
 from grazemap.wire.error_texts import written_schema
 

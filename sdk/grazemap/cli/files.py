@@ -6,11 +6,12 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from grazemap.cli.exit_codes import InvalidCommand
-from grazemap.plots import save_picture
-from grazemap.plots.axes import kept_from_pyplot, new_figure
-from grazemap.results import RESULTS, Result, load
+
+if TYPE_CHECKING:
+    from grazemap.results import Result
 
 PICTURES = (".png", ".svg", ".pdf")
 OUTPUTS = (".npz", ".json", *PICTURES)
@@ -36,18 +37,24 @@ def check_output(what: str, path: Path, endings: tuple[str, ...]) -> None:
     if not os.access(path if path.exists() else path.parent, os.W_OK):
         raise InvalidCommand(f"{what} {path} cannot be written")
     if path.suffix in PICTURES:
+        from grazemap.plots.axes import kept_from_pyplot, new_figure
+
         with kept_from_pyplot():
             new_figure(1.0, 1.0)
 
 
 def check_drawn(process: str) -> None:
     """Raise InvalidCommand for a process whose results have no picture."""
+    from grazemap.results import RESULTS
+
     if not any(hasattr(result, "plot") for result in RESULTS.values() if result.process == process):
         raise InvalidCommand(f"there is no picture of {process}")
 
 
 def read(path: Path) -> Result:
     """Return the result in a file. Raises OSError."""
+    from grazemap.results import load
+
     with naming_errors("the result", path):
         return load(path)
 
@@ -59,6 +66,8 @@ def write(what: str, path: Path, result: Result, engineering: bool = False) -> N
     """
     with naming_errors(what, path):
         if path.suffix in PICTURES:
+            from grazemap.plots import save_picture
+
             save_picture(result, path, engineering)
         else:
             result.save(path)

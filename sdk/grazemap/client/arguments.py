@@ -6,21 +6,18 @@ takes none of them. Whatever numpy reads as a list or a number is one for every 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, NamedTuple, Protocol, Union, get_args, get_origin, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
-from grazemap.errors import ParameterError
 from grazemap.results import PeriodicOrbit, State
-from grazemap.suggestions import suggestion
+from grazemap.validation import refusal
 from grazemap.wire import (
-    PROCESSES,
     BasinCoordinate,
     BifurcationCurvesRequest,
     ClearancePair,
@@ -28,17 +25,14 @@ from grazemap.wire import (
     Interval,
     OrbitMotion,
     Oscillator,
-    ProblemError,
     ProcessRequest,
     Range,
     Statement,
     StateRange,
 )
 from grazemap.wire.base import Kind, is_range_or_list, plain
-from grazemap.wire.error_details import errors_of
 from grazemap.wire.observables import OutputRow
 from grazemap.wire.planes import ALLOWED, AXES, Axis, WindowAxis, vary_of
-from grazemap.wire.problems import make_problem
 from grazemap.wire.structure import is_of_sides
 
 OscillatorLike = Oscillator | Mapping[str, Any] | None
@@ -60,63 +54,6 @@ _MOTION = (
 )
 _AXIS = 'its name with (start, stop) or with a list, as ("restitution", 0.5, 0.9) or ("omega", [0.26, 0.28])'
 _VALUES = "(start, stop) with a number of points, or an increasing list or array"
-
-
-def validated(process: str, body: Mapping[str, Any] | ProcessRequest) -> ProcessRequest:
-    """Return the request of a process as its wire model.
-
-    Raises
-    ------
-    ParameterError
-        There is no such process, or a value is not allowed.
-    """
-    if not isinstance(process, str) or process not in PROCESSES:
-        near = suggestion(process, PROCESSES) if isinstance(process, str) else ""
-        raise refusal("", f"there is no such process{near}", ", ".join(PROCESSES))
-    model = PROCESSES[process]
-    if isinstance(body, ProcessRequest):
-        if not isinstance(body, model) or body.operation is not model.operation:
-            raise refusal("", "the request belongs to another process", model.__name__)
-        return body
-    if not isinstance(body, Mapping):
-        raise refusal("", "the request is not an object", "a mapping, as the HTTP interface takes it")
-    try:
-        return model.model_validate(dict(body))
-    except ValidationError as error:
-        details = [{**item, "loc": ("body", *item["loc"])} for item in error.errors(include_url=False)]
-        raise parameter_error(errors_of(details, naming=True)) from None
-
-
-def validated_each(process: Any, requests: Iterable[Any]) -> list[ProcessRequest]:
-    """Return the requests of `Client.map` as their wire models.
-
-    Raises ParameterError, whose pointers begin with the place of the request, as those of a batch do.
-    """
-    pairs = ((process, request) for request in requests) if isinstance(process, str) else process
-    models = []
-    for index, pair in enumerate(pairs):
-        try:
-            if isinstance(pair, ProcessRequest):
-                models.append(validated(pair.operation.process, pair))
-            elif isinstance(pair, tuple) and len(pair) == 2:
-                models.append(validated(*pair))
-            else:
-                raise refusal("", "this is no request", "a wire model, or a pair (process, request)")
-        except ParameterError as error:
-            place = f"/requests/{index}/request"
-            below = [each.model_copy(update={"pointer": place + each.pointer}) for each in error.problem.errors]
-            raise parameter_error(below) from None
-    return models
-
-
-def parameter_error(errors: Sequence[ProblemError]) -> ParameterError:
-    """Return the exception for errors in a request that was not sent."""
-    return ParameterError(make_problem("invalid-request", errors=errors))
-
-
-def refusal(pointer: str, detail: str, allowed: str) -> ParameterError:
-    """Return the exception for one error in a request that was not sent."""
-    return parameter_error([ProblemError(pointer=pointer, detail=detail, allowed=allowed)])
 
 
 @runtime_checkable

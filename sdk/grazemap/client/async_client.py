@@ -10,12 +10,12 @@ import httpx2
 
 from grazemap import constants
 from grazemap.client import jobs as job_calls
-from grazemap.client.arguments import validated, validated_each
 from grazemap.client.connection import AsyncConnection
 from grazemap.client.http import ConnectionSettings, json_object
 from grazemap.client.jobs import AsyncJobHandle
 from grazemap.client.methods import AsyncMethods
 from grazemap.results import html
+from grazemap.validation import validated, validated_each
 from grazemap.wire import Forecast, ProcessRequest, ServiceStatus, Status
 
 

@@ -21,13 +21,12 @@ from grazemap.client.arguments import (
     as_statement,
     choices_of,
     form_of,
-    refusal,
     short_forms,
-    validated,
 )
 from grazemap.constants import UNITS
 from grazemap.results import RESULTS, Result
 from grazemap.suggestions import suggestion
+from grazemap.validation import refusal, validated
 from grazemap.wire import PROCESSES, ProcessRequest
 from grazemap.wire.observables import ObservedRequest
 from grazemap.wire.process import ShortForms

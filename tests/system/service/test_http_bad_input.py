@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 from starlette.testclient import TestClient
 
-from grazemap.client.arguments import validated
 from grazemap.errors import ParameterError
+from grazemap.validation import validated
 from grazemap.wire import UnfoldingMapsRequest
 from grazemap_worker.processes import IMPLEMENTATIONS
 from grazemap_worker.store import Store

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from grazemap import cli
-from grazemap.client.arguments import validated
 from grazemap.codec import Document, encode_json
 from grazemap.errors import ParameterError
 from grazemap.results import (
@@ -25,6 +24,7 @@ from grazemap.results import (
 from grazemap.results import observables as schema
 from grazemap.results.base import _decode_json
 from grazemap.results.observables import variables_of
+from grazemap.validation import validated
 from grazemap.wire import ProcessRequest, canonical_id, parse_request
 from grazemap.wire.observables import OBSERVABLES
 from grazemap_core import warmup

@@ -13,10 +13,10 @@ import xarray
 from pydantic import ValidationError
 
 from grazemap import AsyncClient, Client, Oscillator
-from grazemap.client.arguments import validated
 from grazemap.client.process_methods import METHODS, ProcessMethod
 from grazemap.errors import ParameterError
 from grazemap.results import GrazingCurve
+from grazemap.validation import validated
 from grazemap.wire import (
     PROCESSES,
     ClearancePair,

@@ -11,8 +11,7 @@ import pytest
 from matplotlib import rc_context
 
 import grazemap
-from grazemap import cli
-from grazemap.cli import files
+from grazemap import cli, plots
 from grazemap.codec import decode_npz, encode_npz
 from grazemap.wire import PROCESSES, parse_request
 from tests.support.sdk_documents import MANY, MOTIONS, REQUESTS, npz
@@ -370,7 +369,7 @@ def test_units_are_of_the_oscillator_in_json_too(run, service, tmp_path, capsys)
 )
 def test_a_picture_has_the_units_that_were_written(run, tmp_path, monkeypatch, omega, engineering):
     drawn = []
-    monkeypatch.setattr(files, "save_picture", lambda *drawing: drawn.append(drawing[2]))
+    monkeypatch.setattr(plots, "save_picture", lambda *drawing: drawn.append(drawing[2]))
     assert run("grazing-curves", *SI, "--omega", omega, "--plot", str(tmp_path / "curve.svg")) == 0
     assert drawn == [engineering]
 

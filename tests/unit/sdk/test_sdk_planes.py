@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from matplotlib.contour import QuadContourSet
 
-from grazemap.client.arguments import validated
 from grazemap.client.process_methods import METHODS
 from grazemap.errors import ParameterError
+from grazemap.validation import validated
 from grazemap.wire import Oscillator, canonical_id, parse_request
 from grazemap.wire.planes import Axis, WindowAxis, with_parameter
 from tests.support.sdk_documents import AXES, CURVES_OF_AXES, DIAGRAM_OF_AXES, result_of

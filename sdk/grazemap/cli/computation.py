@@ -1,0 +1,66 @@
+"""The computation of a command: the request from flags or --json, and the result, printed, saved or drawn."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+from grazemap.cli import files
+from grazemap.cli.command_request import CommandRequest
+from grazemap.cli.exit_codes import DONE, NOT_FOUND, InvalidCommand, fail
+from grazemap.cli.flags import flags_of
+
+
+def compute(options: argparse.Namespace) -> int:
+    """Compute the result of a process, write it where the options say, and return the exit code."""
+    outputs = [
+        ("the output (-o)", options.output, files.OUTPUTS),
+        ("the picture (--plot)", options.plot, files.PICTURES),
+    ]
+    targets = [(name, path, suffixes) for name, path, suffixes in outputs if path is not None]
+    for name, path, suffixes in targets:
+        files.check_output(name, path, suffixes)
+        if path.suffix in files.PICTURES:
+            files.check_drawn(options.process)
+    fields = _request(options.json) if options.json is not None else {}
+    values = vars(options)
+    # the texts of the flags that are used, by the places of their fields in the request: ("oscillator", "masses")
+    texts = {flag.place: values[flag.pointer] for flag in flags_of(options.process) if flag.pointer in values}
+    # `parsed` has put the errors of the flags into the options
+    command_request = CommandRequest(options.process, fields, texts, options.errors)
+    with command_request.naming_flags():
+        request = command_request.validated()
+        from grazemap.cli.clients import service_or_stack  # a wrong request is reported without the client
+
+        with closing(service_or_stack(options.url, options.quiet)) as client:
+            result = client.submit(options.process, request).wait(progress=not options.quiet).result()
+    from grazemap.cli.result_commands import describe
+    from grazemap.results import OrbitBranch, PeriodicOrbit
+
+    for name, path, _ in targets:
+        files.write(name, path, result, command_request.engineering)
+    if not targets:
+        describe(result)
+    if (isinstance(result, PeriodicOrbit) and not result.converged) or (
+        isinstance(result, OrbitBranch) and result.parameter.size == 0
+    ):
+        return fail(f"no periodic orbit was found: {result.reason}", NOT_FOUND)
+    return DONE
+
+
+def _request(source: Path) -> dict[str, Any]:
+    try:
+        with files.naming_errors("the request (--json)", source):
+            text = sys.stdin.read() if str(source) == "-" else source.read_text(encoding="utf-8")
+        request = json.loads(text)
+    except RecursionError:
+        raise InvalidCommand("the request is not JSON that can be read: its values are nested too deeply") from None
+    except ValueError as error:
+        raise InvalidCommand(f"the request is not JSON: {error}") from error
+    if not isinstance(request, dict):
+        raise InvalidCommand("the request is not a JSON object")
+    return request
