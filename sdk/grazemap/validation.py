@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any
-
-from pydantic import ValidationError
 
 from grazemap.errors import ParameterError
 from grazemap.suggestions import suggestion
-from grazemap.wire import PROCESSES, ProblemError, ProcessRequest
-from grazemap.wire.error_details import errors_of
-from grazemap.wire.problems import make_problem
+from grazemap.wire import PROCESSES, ProcessRequest
+from grazemap.wire.problems import parameter_error, refusal
 
 
 def validated(process: str, body: Mapping[str, Any] | ProcessRequest) -> ProcessRequest:
@@ -32,11 +29,7 @@ def validated(process: str, body: Mapping[str, Any] | ProcessRequest) -> Process
         return body
     if not isinstance(body, Mapping):
         raise refusal("", "the request is not an object", "a mapping, as the HTTP interface takes it")
-    try:
-        return model.model_validate(dict(body))
-    except ValidationError as error:
-        details = [{**item, "loc": ("body", *item["loc"])} for item in error.errors(include_url=False)]
-        raise parameter_error(errors_of(details, naming=True)) from None
+    return model.checked(body)
 
 
 def validated_each(process: Any, requests: Iterable[Any]) -> list[ProcessRequest]:
@@ -59,13 +52,3 @@ def validated_each(process: Any, requests: Iterable[Any]) -> list[ProcessRequest
             below = [each.model_copy(update={"pointer": place + each.pointer}) for each in error.problem.errors]
             raise parameter_error(below) from None
     return models
-
-
-def parameter_error(errors: Sequence[ProblemError]) -> ParameterError:
-    """Return the exception for errors in a request that was not sent."""
-    return ParameterError(make_problem("invalid-request", errors=errors))
-
-
-def refusal(pointer: str, detail: str, allowed: str) -> ParameterError:
-    """Return the exception for one error in a request that was not sent."""
-    return parameter_error([ProblemError(pointer=pointer, detail=detail, allowed=allowed)])

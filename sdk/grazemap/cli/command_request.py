@@ -12,9 +12,9 @@ from typing import Any
 from grazemap.cli import units
 from grazemap.cli.flags import Flag, flags_of, flags_of_short_forms, value_at
 from grazemap.errors import ParameterError, RequestWarning
-from grazemap.validation import parameter_error, validated
 from grazemap.wire import PROCESSES, ProblemError, ProcessRequest
 from grazemap.wire.error_texts import written_schema
+from grazemap.wire.problems import parameter_error
 
 _MAX_VALUE_LENGTH = 60
 # By the code of a note: the parameter that it concerns, and the unit that was probably meant.
@@ -65,7 +65,7 @@ class CommandRequest:
         """Return the request. Raises ParameterError with all errors."""
         errors = list(self._errors)
         try:
-            request = validated(self._process, self._body)
+            request = PROCESSES[self._process].checked(self._body)
         except ParameterError as error:
             errors += error.problem.errors
         if errors:

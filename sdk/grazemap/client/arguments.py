@@ -16,7 +16,6 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
 from grazemap.results import PeriodicOrbit, State
-from grazemap.validation import refusal
 from grazemap.wire import (
     BasinCoordinate,
     BifurcationCurvesRequest,
@@ -33,6 +32,7 @@ from grazemap.wire import (
 from grazemap.wire.base import Kind, is_range_or_list, plain
 from grazemap.wire.observables import OutputRow
 from grazemap.wire.planes import ALLOWED, AXES, Axis, WindowAxis, vary_of
+from grazemap.wire.problems import refusal
 from grazemap.wire.structure import is_of_sides
 
 OscillatorLike = Oscillator | Mapping[str, Any] | None

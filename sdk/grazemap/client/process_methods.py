@@ -26,9 +26,9 @@ from grazemap.client.arguments import (
 from grazemap.constants import UNITS
 from grazemap.results import RESULTS, Result
 from grazemap.suggestions import suggestion
-from grazemap.validation import refusal, validated
 from grazemap.wire import PROCESSES, ProcessRequest
 from grazemap.wire.observables import ObservedRequest
+from grazemap.wire.problems import refusal
 from grazemap.wire.process import ShortForms
 
 _POINTS = Form("int", "int", more="Number of values from start to stop, both included.")
@@ -208,7 +208,7 @@ class ProcessMethod:
                 place = Argument(name, points.get(name), self._keyword, body)
                 body[name] = self.forms[name].convert(place, values[name])
         body = {name: value for name, value in body.items() if not self._is_left_out(name, value)}
-        return validated(self.process, body), values["progress"]
+        return self._request.checked(body), values["progress"]
 
     def _is_left_out(self, name: str, value: Any) -> bool:
         """Return whether a field is left out of the request: its argument is None, which is the default."""

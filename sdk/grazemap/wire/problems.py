@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from grazemap.constants import PROBLEM_PREFIX
+from grazemap.errors import ParameterError
 from grazemap.wire.job import Problem, ProblemError
 
 
@@ -68,3 +69,13 @@ def make_problem(kind: str, detail: str = "", errors: Sequence[ProblemError] = (
     return Problem(
         type=PROBLEM_PREFIX + kind, title=title, status=status, detail=detail or meaning, errors=list(errors)
     )
+
+
+def parameter_error(errors: Sequence[ProblemError]) -> ParameterError:
+    """Return the exception for errors in a request that was not sent."""
+    return ParameterError(make_problem("invalid-request", errors=errors))
+
+
+def refusal(pointer: str, detail: str, allowed: str) -> ParameterError:
+    """Return the exception for one error in a request that was not sent."""
+    return parameter_error([ProblemError(pointer=pointer, detail=detail, allowed=allowed)])

@@ -22,13 +22,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from copy import deepcopy
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
+
+from pydantic import ValidationError
 
 from grazemap.described import described
 from grazemap.process_names import SUMMARIES
 from grazemap.wire.base import Place, Places, Positive, Request, invalid, is_range_or_list, without_nulls
+from grazemap.wire.error_details import errors_of
 from grazemap.wire.error_texts import Schema, branches
 from grazemap.wire.oscillator import Oscillator
+from grazemap.wire.problems import parameter_error
 from grazemap.wire.structure import SIDES, Clearance, ClearancePair, is_of_sides
 
 
@@ -68,6 +72,15 @@ class ProcessRequest(Request):
     def long_form(cls, values: Any) -> tuple[Any, Places]:
         """As `Request.long_form`: with axes."""
         return (values, {}) if cls.short is None else in_one_form(values, cls.short)
+
+    @classmethod
+    def checked(cls, body: Mapping[str, Any]) -> Self:
+        """Return a request; raises ParameterError, which has all errors of the body."""
+        try:
+            return cls.model_validate(dict(body))
+        except ValidationError as error:
+            details = [{**item, "loc": ("body", *item["loc"])} for item in error.errors(include_url=False)]
+            raise parameter_error(errors_of(details, naming=True)) from None
 
     @classmethod
     def short_form(cls, body: Mapping[str, Any]) -> dict[str, Any]:
