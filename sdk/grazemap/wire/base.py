@@ -78,6 +78,12 @@ class Request(BaseModel):
         return no_info_wrap_validator_function(cls._validated, model, ref=model.pop("ref", None))
 
     @classmethod
+    def build(cls) -> None:
+        """Build the validator now and not when it is first used, as a service does before it takes requests."""
+        cls.model_config["defer_build"] = False
+        cls.model_rebuild(force=True)
+
+    @classmethod
     def describe_fields(cls) -> None:
         """Give the fields the descriptions that stand below them; validation and JSON schemas do so themselves."""
         for name, text in texts_below(cls).items():

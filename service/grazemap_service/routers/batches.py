@@ -65,6 +65,9 @@ class Batch(RequestBody):
     requests: Annotated[list[BatchItem], Field(min_length=1, max_length=MAX_REQUESTS)]
 
 
+Batch.build()  # as the requests of processes
+
+
 @router.post(
     f"{PREFIX}/batches",
     operation_id="submit_batch",

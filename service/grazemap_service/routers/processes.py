@@ -179,6 +179,7 @@ def _compiling_notes(context: Context, process: str, request: ProcessRequest) ->
 
 router = APIRouter(route_class=JsonRoute, tags=["processes"])
 for _process, _model in PROCESSES.items():
+    _model.build()  # FastAPI's validator of a model that is built later would warn at the first request
     router.add_api_route(
         f"{PREFIX}/{_process}",
         _submit_endpoint(_model),
