@@ -144,7 +144,7 @@ def first_impacts(
         group = lanes(size, first)
         _start_lanes(group, problem, np.ascontiguousarray(stops[low : low + count]), u)
         used = (count + LANE_BLOCK - 1) // LANE_BLOCK * LANE_BLOCK
-        _run_halves(Engine((0,) * size, shared_model(model), SHARED_TABLES, group, run), 2 * periods, used)
+        _run_halves(Engine(size, shared_model(model), SHARED_TABLES, group, run), 2 * periods, used)
         events[low : low + count] = group.events[:count]
         seen[low : low + count] = group.contacts.cursor[:count, EVENT_COUNT]
         impacts[low : low + count] = group.tally[FOLLOWED, :count]

@@ -66,7 +66,7 @@ def stages(lane_count: int, periods: int, impacts: float, rounds: int, progress:
         Per forcing period of the reference work.
     """
     core, work = Core(), reference_work(lane_count, periods)
-    masses = (0,) * work.oscillator.size
+    masses = work.oscillator.size
     forced = forced_structures(trajectory_models(work.oscillator), np.array([work.omega]))[0].kernels
     problem, tables = forced.free, lane_tables(forced)
     group, batch = lanes(work.oscillator.size), lane_batch(work.oscillator.size)

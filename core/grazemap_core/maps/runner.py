@@ -113,7 +113,7 @@ class Runner:
         self._aside = np.ascontiguousarray((free.to_modal @ direction).reshape(size, 2))
         growth_periods = min(math.ceil(GROWTH_SHARE * settings.max_periods), MOST_GROWTH_PERIODS)
         self._growth_halves = 2 * growth_periods if settings.linearised else 0
-        self._masses = (0,) * size
+        self._size = size
         self._scratch: dict[str, Any]
         if before is None:
             events = RECORDED_IMPACTS if settings.linearised or settings.early else 0
@@ -195,7 +195,7 @@ class Runner:
         models = self._models_at(forced, phase)
         starts = self._begin(forced, models.shared.forced.free, conditions, start, phase)
         column = self._column(models, starts, inherits, goes_on)
-        self._ended = settle_column(self._masses, column, SHARED_TABLES, classify_lane.address(column))
+        self._ended = settle_column(self._size, column, SHARED_TABLES, classify_lane.address(column))
         figures, observed = column.results.figures, self._settings.observed
         if observed is not None:
             more = figures_of_column(observed, forced, models.shared.forced, starts.stops, column.results)
@@ -210,13 +210,13 @@ class Runner:
     def compile_lockstep(self, separate: bool = False) -> None:
         """Compile, or load, the kernel that carries lanes, with all that goes before it; no trajectory is run.
 
-        The kernel is for this number of masses: for lanes that share their tables, or for lanes `separate`.
+        The kernel is for any number of masses: for lanes that share their tables, or for lanes `separate`.
         """
         column, model = self._example()
         tables = self._separate_tables(model.forced.free.cells) if separate else SHARED_TABLES
         if separate:
             SeparateModels([model])
-        compile_for(settle_column, self._masses, column, tables, classify_lane.address(column))
+        compile_for(settle_column, self._size, column, tables, classify_lane.address(column))
 
     def _example(self) -> tuple[Column, LaneModel]:
         """Return what the kernels take, and the model of its trajectories."""
@@ -258,7 +258,7 @@ class Runner:
     @property
     def _shape(self) -> tuple[int, int]:
         """Shape of a state."""
-        return 2, len(self._masses)
+        return 2, self._size
 
     def _models_at(self, forced: ForcedStructure, phase: float) -> LaneModels:
         """Return the structure at a frequency and a phase, shared by all lanes; that of the last run is kept."""
@@ -279,7 +279,7 @@ class Runner:
         results = TrajectoryResults(
             codes=np.empty((count, lane_state.CODES), dtype=np.int64),
             figures=np.empty((count, lane_state.FIGURES)),
-            final=final_states(count if settings.observed is not None else 0, len(self._masses)),
+            final=final_states(count if settings.observed is not None else 0, self._size),
         )
         of_column = ColumnTask(
             starts=starts,
@@ -341,7 +341,7 @@ class Runner:
 
     def _separate_tables(self, cells: int) -> TablesPerLane:
         """Return scratch for lanes that have their own tables, with so many cells in a period or fewer."""
-        size, known = len(self._masses), self._separate
+        size, known = self._size, self._separate
         if not known or len(known[0].tables[OF_GROUP].steady_table) < 2 * (cells + 1):
             batches = [separate_tables(size, pitch, 1) for pitch in (PITCH, SECOND_PASS, CHANGES)]
             known[:] = [TablesPerLane(1 + len(batches), (separate_tables(size, LANES, cells), *batches))]
@@ -449,7 +449,7 @@ def run_separate(structures: Sequence[SeparateRuns]) -> tuple[Integers, Floats]:
         nothing = np.zeros((1, *base.shape[1:]))
         starts = ColumnStarts(stops, base, nothing, offset[which], aside[which], on_stop[which])
         column = first._column(separate.models, starts)
-        settle_column(first._masses, column, first._separate_tables(number), classify_lane.address(column))
+        settle_column(first._size, column, first._separate_tables(number), classify_lane.address(column))
         codes[which], figures[which] = _named(
             column.results.codes, column.results.figures, stops, forcing[which], amplitude[which]
         )

@@ -61,9 +61,6 @@ HALF_PERIOD_EVENTS: Final = 48
 """Events of one half period that a lane can record. A lane with more is run again by itself, for verification and for
 the propagation of small changes. Motions usually have a few impacts in half a period."""
 
-MOST_FUSED_MASSES: Final = 5
-"""Masses up to which the lockstep kernel advances all blocks in one loop; the compiler unrolls no more."""
-
 CLOSE_PASSAGE: Final = 1e-3
 """Distance from a stop, in units of the clearance, up to which the gap of a passage without a contact is bounded for
 every lane by itself. A larger number costs more cells that are computed twice."""

@@ -58,7 +58,7 @@ def run_with_error(oscillator: Oscillator, omega: float, clearance: float) -> tu
     begin_error(problem.frequency, tangents.errors, 0)
     blocks = impulse_blocks(modal_model(oscillator), False)
     models = shared_model(LaneModel(begun.forced, lane_tables(begun.forced), blocks))
-    engine = Engine((0,) * size, models, SHARED_TABLES, group, new_run(size, 1, 50 * HALVES))
+    engine = Engine(size, models, SHARED_TABLES, group, new_run(size, 1, 50 * HALVES))
     widths = []
     for half in range(HALVES):
         run_half_with_changes(engine, tangents, half)

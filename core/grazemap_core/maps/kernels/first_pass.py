@@ -2,8 +2,12 @@
 
 Every function here is a few loops over lanes, innermost and without a branch, so that the compiler turns them into
 vector instructions. Lanes that need a case distinction are left to `lockstep`. Each row of a work array holds one
-quantity for all LANES. The number of masses is a constant to the compiler: it is the length of the tuple `masses`,
-whose entries are not used.
+quantity for all LANES.
+
+One kernel serves any number of masses, which is the number of blocks. The three sums over all blocks that take most of
+the time, of `advance`, of the series of a first pass and of that of a second one, are compiled for each small number of
+blocks as well, up to five: unrolled, they stay in registers. There the number is the length of a tuple, a constant to
+the compiler. The order of the operations is the same, and so are the bytes.
 
 Loops run over whole blocks of lanes, LANE_BLOCK or VECTOR of them, so the result of a lane does not depend on the
 others to the last bit.
@@ -24,7 +28,8 @@ from grazemap_core.numerics.jit.compiled import fused_inlined, fused_kernel, ker
 from grazemap_core.numerics.jit.lane_values import lane_row, lane_value
 from grazemap_core.records import NamedTuple
 
-Masses = tuple[int, ...]
+Blocks = tuple[int, ...]
+"""The number of blocks as the length of a tuple, whose entries are not used."""
 
 VECTOR = 8 if "+avx512f" in cpu_target.target_context.codegen().magic_tuple()[2].split(",") else 4
 """Numbers in the longest vector of the processor that code is generated for, which need not be this one; lanes with an
@@ -104,8 +109,8 @@ def three_lane_rows(table: Floats, j: int, pitch: int) -> tuple[float, float, fl
 
 
 @fused_inlined
-def _advance_fused(
-    masses: Masses,
+def _advance_unrolled(
+    few: Blocks,
     tables: LaneTables,
     end: int,
     here: Floats,
@@ -120,10 +125,10 @@ def _advance_fused(
     steady_v = lane_row(tables.steady_table, 2 * end + 1, LANES)
     step = lane_row(tables.scalars, lane_tables.STEP, LANES)
     flagged = 0
-    at_x, at_v = 2 * len(masses) * LANES, (2 * len(masses) + 1) * LANES
+    at_x, at_v = 2 * len(few) * LANES, (2 * len(few) + 1) * LANES
     for lane in range(min(used, LANES)):
         x, v, third = lane_value(steady_x, lane), lane_value(steady_v, lane), lane_value(step, lane) / 3.0
-        for j in range(len(masses)):
+        for j in range(len(few)):
             first, second = here[2 * j * LANES + lane], here[(2 * j + 1) * LANES + lane]
             f0, f1 = lane_row(flow, 4 * j, LANES), lane_row(flow, 4 * j + 1, LANES)
             f2, f3 = lane_row(flow, 4 * j + 2, LANES), lane_row(flow, 4 * j + 3, LANES)
@@ -193,7 +198,7 @@ def _advance_by_block(
 
 @fused_kernel
 def advance(
-    masses: Masses,
+    blocks: int,
     tables: LaneTables,
     end: int,
     here: Floats,
@@ -222,9 +227,17 @@ def advance(
     -------
     The number of lanes flagged.
     """
-    if len(masses) <= tolerances.MOST_FUSED_MASSES:
-        return _advance_fused(masses, tables, end, here, there, limit, flags, used)
-    return _advance_by_block(len(masses), tables, end, here, there, limit, flags, used)
+    if blocks == 1:
+        return _advance_unrolled((0,), tables, end, here, there, limit, flags, used)
+    if blocks == 2:
+        return _advance_unrolled((0, 0), tables, end, here, there, limit, flags, used)
+    if blocks == 3:
+        return _advance_unrolled((0, 0, 0), tables, end, here, there, limit, flags, used)
+    if blocks == 4:
+        return _advance_unrolled((0, 0, 0, 0), tables, end, here, there, limit, flags, used)
+    if blocks == 5:
+        return _advance_unrolled((0, 0, 0, 0, 0), tables, end, here, there, limit, flags, used)
+    return _advance_by_block(blocks, tables, end, here, there, limit, flags, used)
 
 
 @fused_kernel
@@ -262,25 +275,69 @@ def update_limits(
 
 
 @fused_inlined
-def _coefficient(masses: Masses, series: Floats, start: Floats, forcing: float, n: int, k: int) -> float:
+def _coefficient(few: Blocks, series: Floats, start: Floats, forcing: float, n: int, k: int) -> float:
     """Return the coefficient n of q in z for lane k of a batch."""
     total = lane_value(forcing, k)
-    for c in range(2 * len(masses)):
-        total += lane_value(lane_row(series, 2 * len(masses) * n + c, PITCH), k) * start[c * PITCH + k]
+    for c in range(2 * len(few)):
+        total += lane_value(lane_row(series, 2 * len(few) * n + c, PITCH), k) * start[c * PITCH + k]
     return total
 
 
 @fused_inlined
-def _expand_positions(masses: Masses, tables: LaneTables, cell: int, start: Floats, series: Floats, count: int) -> None:
-    """Write the coefficients of q in z, three at a time, as three rows of the table fit in registers."""
+def _expand_unrolled(few: Blocks, tables: LaneTables, cell: int, start: Floats, series: Floats, count: int) -> None:
     count, table = min(count, LANES), tables.series
     for n in range(0, TERMS, 3):
         f0, f1, f2 = three_lane_rows(tables.forcing, 5 * cell + n // 3, PITCH)
         out = series[n * PITCH : (n + 3) * PITCH]
         for k in range(count):
-            out[k] = _coefficient(masses, table, start, f0, n, k)
-            out[PITCH + k] = _coefficient(masses, table, start, f1, n + 1, k)
-            out[2 * PITCH + k] = _coefficient(masses, table, start, f2, n + 2, k)
+            out[k] = _coefficient(few, table, start, f0, n, k)
+            out[PITCH + k] = _coefficient(few, table, start, f1, n + 1, k)
+            out[2 * PITCH + k] = _coefficient(few, table, start, f2, n + 2, k)
+
+
+@fused_kernel
+def _expand_by_block(blocks: int, tables: LaneTables, cell: int, start: Floats, series: Floats, count: int) -> None:
+    count, table = min(count, LANES), tables.series
+    for n in range(0, TERMS, 3):
+        f0, f1, f2 = three_lane_rows(tables.forcing, 5 * cell + n // 3, PITCH)
+        out = series[n * PITCH : (n + 3) * PITCH]
+        for k in range(count):
+            out[k] = lane_value(f0, k)
+            out[PITCH + k] = lane_value(f1, k)
+            out[2 * PITCH + k] = lane_value(f2, k)
+        for j in range(blocks):
+            first, second = start[2 * j * PITCH : (2 * j + 1) * PITCH], start[(2 * j + 1) * PITCH : (2 * j + 2) * PITCH]
+            a0, b0 = _two_lane_rows(table, blocks * n + j)
+            a1, b1 = _two_lane_rows(table, blocks * (n + 1) + j)
+            a2, b2 = _two_lane_rows(table, blocks * (n + 2) + j)
+            for k in range(count):
+                u, v = first[k], second[k]
+                out[k] = (out[k] + lane_value(a0, k) * u) + lane_value(b0, k) * v
+                out[PITCH + k] = (out[PITCH + k] + lane_value(a1, k) * u) + lane_value(b1, k) * v
+                out[2 * PITCH + k] = (out[2 * PITCH + k] + lane_value(a2, k) * u) + lane_value(b2, k) * v
+
+
+@fused_inlined
+def _two_lane_rows(table: Floats, j: int) -> tuple[float, float]:
+    """Return the two numbers of a block as `lane_row` does."""
+    return lane_row(table, 2 * j, PITCH), lane_row(table, 2 * j + 1, PITCH)
+
+
+@fused_inlined
+def _expand_positions(blocks: int, tables: LaneTables, cell: int, start: Floats, series: Floats, count: int) -> None:
+    """Write the coefficients of q in z, three at a time, as three rows of the table fit in registers."""
+    if blocks == 1:
+        _expand_unrolled((0,), tables, cell, start, series, count)
+    elif blocks == 2:
+        _expand_unrolled((0, 0), tables, cell, start, series, count)
+    elif blocks == 3:
+        _expand_unrolled((0, 0, 0), tables, cell, start, series, count)
+    elif blocks == 4:
+        _expand_unrolled((0, 0, 0, 0), tables, cell, start, series, count)
+    elif blocks == 5:
+        _expand_unrolled((0, 0, 0, 0, 0), tables, cell, start, series, count)
+    else:
+        _expand_by_block(blocks, tables, cell, start, series, count)
 
 
 @fused_inlined
@@ -561,7 +618,7 @@ def _certify_impact(tables: LaneTables, batch: LaneBatch, count: int) -> None:
 
 
 @kernel
-def solve_impacts(masses: Masses, tables: LaneTables, cell: int, batch: LaneBatch, count: int) -> None:
+def solve_impacts(blocks: int, tables: LaneTables, cell: int, batch: LaneBatch, count: int) -> None:
     """Find the impact of each lane of a batch in a cell, and carry the lane to the end of the cell.
 
     Parameters
@@ -576,8 +633,8 @@ def solve_impacts(masses: Masses, tables: LaneTables, cell: int, batch: LaneBatc
         Lanes in the batch, a multiple of VECTOR.
     """
     end = cell + 1
-    _expand_positions(masses, tables, cell, batch.start, batch.series, count)
-    _end_without_impact(len(masses), tables, end, batch, count)
+    _expand_positions(blocks, tables, cell, batch.start, batch.series, count)
+    _end_without_impact(blocks, tables, end, batch, count)
     _find_impact(tables, batch, count)
-    _add_impulse(len(masses), tables, end, batch, count)
+    _add_impulse(blocks, tables, end, batch, count)
     _certify_impact(tables, batch, count)

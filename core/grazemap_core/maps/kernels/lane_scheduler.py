@@ -18,7 +18,7 @@ from grazemap_core.contact.kernels.cells import free_reach
 from grazemap_core.contact.kernels.half_period import counted
 from grazemap_core.contact.kernels.sticking import put_between_stops
 from grazemap_core.maps.kernels import lane_state
-from grazemap_core.maps.kernels.first_pass import LANE_BLOCK, Masses
+from grazemap_core.maps.kernels.first_pass import LANE_BLOCK
 from grazemap_core.maps.kernels.lane_errors import begin_error, forget_error, watch_passages
 from grazemap_core.maps.kernels.lane_state import (
     ENDED_EARLY,
@@ -66,15 +66,15 @@ trajectories start both at a search and with a forcing period."""
 
 
 @kernel
-def settle_column(masses: Masses, column: Column, separate: TablesPerLane, classify_lane: Callable[..., int]) -> int:
+def settle_column(blocks: int, column: Column, separate: TablesPerLane, classify_lane: Callable[..., int]) -> int:
     """Run all trajectories of a column and write their motions to column.results.
 
     Returns how the last trajectory of a sweep ended: ENDED_EARLY, or MOVES or RESTS in column.final_state.
 
     Parameters
     ----------
-    masses : tuple of length N
-        Only its length matters.
+    blocks : int
+        N.
     column : Column
         All but models and task is overwritten. The capacity of lanes and run is RECORDED_IMPACTS events, or 0
         where neither verification nor growth is wanted.
@@ -84,7 +84,7 @@ def settle_column(masses: Masses, column: Column, separate: TablesPerLane, class
         The address of `classification.classify_lane`.
     """
     column, separate = reference(column), reference(separate)
-    engine = reference(Engine(masses, column.models, separate, column.group, column.run))
+    engine = reference(Engine(blocks, column.models, separate, column.group, column.run))
     task, trajectory, returns = column.task, column.records.trajectory, column.returns
     for lane in range(LANES):
         _vacate(column, lane)

@@ -38,7 +38,7 @@ from grazemap_core.contact.kernels.runs import Moment, Run, contact_of_lane, con
 from grazemap_core.contact.kernels.sticking import write_free_state
 from grazemap_core.contact.tolerances import ANCHORED_GAP
 from grazemap_core.maps.kernels import first_pass, second_pass
-from grazemap_core.maps.kernels.first_pass import PITCH, VECTOR, Masses, advance, solve_impacts, update_limits
+from grazemap_core.maps.kernels.first_pass import PITCH, VECTOR, advance, solve_impacts, update_limits
 from grazemap_core.maps.kernels.lane_tables import (
     LANES,
     OF_FIRST_PASS,
@@ -78,8 +78,8 @@ BECOMES_NEAR, BECOMES_FREE = 3, 4
 class Engine(NamedTuple):
     """What carries lanes: they, what they share, and scratch."""
 
-    masses: Masses
-    """(N,) Numbers that are not used: to the compiler the length of the tuple is a constant."""
+    blocks: int
+    """N."""
     models: LaneModels
     """The oscillator at its frequency, shared by all lanes or of each lane."""
     separate: TablesPerLane
@@ -184,7 +184,7 @@ def _run_second_pass(engine: Engine, step: CellStep, count: int, deferred: int) 
 
     Returns how many lanes are deferred now; `deferred` were before.
     """
-    masses, models, group = engine.masses, engine.models, engine.group
+    blocks, models, group = engine.blocks, engine.models, engine.group
     tables, cell = table_of(engine.separate, OF_SECOND_PASS, models), cell_of_pass(engine.separate, step.cell)
     batch, active, rows = group.second_pass, group.active, group.second_pass.rows
     for k in range(WIDTH):
@@ -194,7 +194,7 @@ def _run_second_pass(engine: Engine, step: CellStep, count: int, deferred: int) 
         else:
             put_in_pass(tables, WIDTH, k, record_of(models, group.lane_of[k]).tables, step.cell)
     computed = (count + VECTOR - 1) // VECTOR * VECTOR
-    second_pass.begin_second_pass(masses, tables, cell, batch, computed)
+    second_pass.begin_second_pass(blocks, tables, cell, batch, computed)
     while True:
         deferred = _enter_impacts_of_round(engine, step, count, deferred)
         second_pass.certify_clear(tables, batch, computed)
@@ -214,9 +214,9 @@ def _run_second_pass(engine: Engine, step: CellStep, count: int, deferred: int) 
                 deferred = _leave_second_pass(engine, step, k, deferred)
         if contacts == 0:
             break
-        second_pass.apply_impacts(masses, tables, batch, computed)
-    second_pass.end_second_pass(masses, tables, cell, batch, computed)
-    _write_second_pass(group, step, count, 2 * len(masses))
+        second_pass.apply_impacts(blocks, tables, batch, computed)
+    second_pass.end_second_pass(blocks, tables, cell, batch, computed)
+    _write_second_pass(group, step, count, blocks)
     return deferred
 
 
@@ -275,7 +275,7 @@ def _leave_second_pass(engine: Engine, step: CellStep, k: int, deferred: int) ->
 
 
 @kernel
-def _write_second_pass(group: Lanes, step: CellStep, count: int, states: int) -> None:
+def _write_second_pass(group: Lanes, step: CellStep, count: int, blocks: int) -> None:
     """Write the states and regimes at the end of the cell of the lanes of the second pass that reach it."""
     rows, end, there, lane_of = group.second_pass.rows, group.second_pass.end, step.there, group.lane_of
     regime, cursor, limit, gap = group.regime, group.contacts.cursor, group.limit, group.gap
@@ -283,10 +283,9 @@ def _write_second_pass(group: Lanes, step: CellStep, count: int, states: int) ->
         lane = lane_of[k]
         if regime[lane] != BECOMES_NEAR and regime[lane] != BECOMES_FREE:
             continue
-        for c in range(states):
-            there[c * LANES + lane] = end[c * WIDTH + k]
-        there[states * LANES + lane] = rows[second_pass.END_X * WIDTH + k]
-        there[(states + 1) * LANES + lane] = rows[second_pass.END_V * WIDTH + k]
+        _copy_blocks(blocks, end, WIDTH, k, there, LANES, lane)
+        there[2 * blocks * LANES + lane] = rows[second_pass.END_X * WIDTH + k]
+        there[(2 * blocks + 1) * LANES + lane] = rows[second_pass.END_V * WIDTH + k]
         if regime[lane] == BECOMES_NEAR:
             regime[lane] = NEAR
             no_limits(group, lane)
@@ -309,7 +308,7 @@ def _solve_flagged(engine: Engine, step: CellStep, used: int) -> int:
     cursor, near = group.contacts.cursor, group.contacts.near
     rows, end = group.first_pass.rows, group.first_pass.end
     second, start = group.second_pass.rows, group.second_pass.start
-    states, place = 2 * len(engine.masses), step.cell % (models.shared.forced.free.cells // 2)
+    states, place = 2 * engine.blocks, step.cell % (models.shared.forced.free.cells // 2)
     steps = lane_row(table_of(engine.separate, OF_GROUP, models).scalars, STEP, LANES)
     free, others = _solve_free(engine, step, used)
     filled = plain(0)
@@ -322,8 +321,7 @@ def _solve_flagged(engine: Engine, step: CellStep, used: int) -> int:
                 continue
             if outcome == first_pass.SINGLE_IMPACT:
                 _enter_passage(tally, lane, rows[first_pass.LEAST_GAP * PITCH + i])
-                for c in range(states):
-                    there[c * LANES + lane] = end[c * PITCH + i]
+                _copy_blocks(engine.blocks, end, PITCH, i, there, LANES, lane)
                 there[states * LANES + lane] = rows[first_pass.END_X * PITCH + i]
                 there[(states + 1) * LANES + lane] = rows[first_pass.END_V * PITCH + i]
                 set_limits(limit, gap, lane, rows[first_pass.END_LOSS * PITCH + i] + close[lane])
@@ -355,8 +353,7 @@ def _solve_flagged(engine: Engine, step: CellStep, used: int) -> int:
         second[second_pass.BOTH * WIDTH + filled] = gap[lane] + gap[LANES + lane]
         upper = second[second_pass.SIDE * WIDTH + filled] > 0.0
         second[second_pass.RESTITUTION * WIDTH + filled] = restitution[lane if upper else LANES + lane]
-        for c in range(states):
-            start[c * WIDTH + filled] = here[c * LANES + lane]
+        _copy_blocks(engine.blocks, here, LANES, lane, start, WIDTH, filled)
         filled += 1
         if filled == WIDTH:
             deferred = _run_second_pass(engine, step, filled, deferred)
@@ -366,6 +363,14 @@ def _solve_flagged(engine: Engine, step: CellStep, used: int) -> int:
     return deferred
 
 
+@inlined
+def _copy_blocks(blocks: int, source: Floats, pitch: int, k: int, target: Floats, distance: int, lane: int) -> None:
+    """Copy the two numbers of each block from column k of a source, with rows `pitch` apart, to one of a target."""
+    for j in range(blocks):
+        target[2 * j * distance + lane] = source[2 * j * pitch + k]
+        target[(2 * j + 1) * distance + lane] = source[(2 * j + 1) * pitch + k]
+
+
 @kernel
 def _solve_free(engine: Engine, step: CellStep, used: int) -> tuple[int, int]:
     """Find the impacts of the flagged lanes that are FREE.
@@ -373,11 +378,11 @@ def _solve_free(engine: Engine, step: CellStep, used: int) -> tuple[int, int]:
     Returns how many flagged lanes are FREE, which come first in group.flagged, and how many are in group.not_free. A
     FREE lane needs a second pass unless its OUTCOME is NO_IMPACT or SINGLE_IMPACT.
     """
-    masses, models, group = engine.masses, engine.models, engine.group
+    blocks, models, group = engine.blocks, engine.models, engine.group
     flags, flagged, not_free, regime = group.flags, group.flagged, group.not_free, group.regime
     start, rows, here = group.first_pass.start, group.first_pass.rows, step.here
     gap, restitution, unit = group.gap, group.restitution, group.unit
-    states, tables = 2 * len(masses), table_of(engine.separate, OF_FIRST_PASS, models)
+    states, tables = 2 * blocks, table_of(engine.separate, OF_FIRST_PASS, models)
     count = 0
     for lane in range(used):
         flagged[count] = lane
@@ -390,8 +395,6 @@ def _solve_free(engine: Engine, step: CellStep, used: int) -> tuple[int, int]:
             others += 1
             continue
         flagged[free] = lane
-        for c in range(states):
-            start[c * PITCH + free] = here[c * LANES + lane]
         rows[first_pass.START_X * PITCH + free] = here[states * LANES + lane]
         rows[first_pass.START_V * PITCH + free] = here[(states + 1) * LANES + lane]
         rows[first_pass.RIGHT * PITCH + free] = gap[lane]
@@ -402,8 +405,11 @@ def _solve_free(engine: Engine, step: CellStep, used: int) -> tuple[int, int]:
         put_in_pass(tables, PITCH, free, record_of(models, lane).tables, step.cell)
         free += 1
     if free > 0:
+        for c in range(states):  # so many lanes at a time are quicker than all numbers of a lane
+            for i in range(free):
+                start[c * PITCH + i] = here[c * LANES + flagged[i]]
         computed = (free + VECTOR - 1) // VECTOR * VECTOR
-        solve_impacts(masses, tables, cell_of_pass(engine.separate, step.cell), group.first_pass, computed)
+        solve_impacts(blocks, tables, cell_of_pass(engine.separate, step.cell), group.first_pass, computed)
     return free, others
 
 
@@ -516,7 +522,7 @@ def run_half(engine: Engine, half: int, used: int) -> None:
     used : int
         A multiple of LANE_BLOCK.
     """
-    masses, models, separate, group, u = engine.masses, engine.models, engine.separate, engine.group, engine.run.u
+    blocks, models, separate, group, u = engine.blocks, engine.models, engine.separate, engine.group, engine.run.u
     tables = table_of(separate, OF_GROUP, models)
     cells = models.shared.forced.free.cells // 2
     first_cell = (half % 2) * cells
@@ -525,7 +531,7 @@ def run_half(engine: Engine, half: int, used: int) -> None:
         mixed[lane] = 0
     for cell in range(first_cell, first_cell + cells):
         # carries all lanes as if there were no contact, and flags those that may have one, whose cell is computed again
-        if advance(masses, tables, cell + 1, here, there, group.limit, group.flags, used) > 0:
+        if advance(blocks, tables, cell + 1, here, there, group.limit, group.flags, used) > 0:
             step = reference(CellStep(cell, half, here, there))
             for i in range(_solve_flagged(engine, step, used)):
                 _run_by_itself(engine, group.deferred[i], step)
@@ -536,7 +542,7 @@ def run_half(engine: Engine, half: int, used: int) -> None:
     relative = separate.number > 0 or models.shared.forced.free.reference_series.shape[0] > 0
     if relative:
         _begin_half_period(models, group, half + 1, used)
-    update_limits(len(masses), tables, group.even, group.gap, group.close, group.limit, group.reach, used)
+    update_limits(blocks, tables, group.even, group.gap, group.close, group.limit, group.reach, used)
     for lane in range(used):
         if group.regime[lane] != FREE:
             no_limits(group, lane)

@@ -20,8 +20,8 @@ from grazemap_core.maps.kernels import lane_tables
 from grazemap_core.maps.kernels.first_pass import (
     FOURTH_TO_HERMITE,
     FOURTH_TO_QUADRATIC,
+    Blocks,
     LaneBatch,
-    Masses,
     four_lane_rows,
     horner,
     horner_step,
@@ -154,7 +154,7 @@ def _add_impulse(table: Floats, c: int, rows: Floats, out: Floats, count: int) -
 
 
 @fused_inlined
-def _expand_after_impacts(masses: Masses, tables: LaneTables, batch: LaneBatch, count: int) -> None:
+def _expand_after_impacts(blocks: int, tables: LaneTables, batch: LaneBatch, count: int) -> None:
     """Expand the gap after an impact at the expansion point in every lane with a JUMP (0 elsewhere)."""
     rows, series, unit_impulse = batch.rows, batch.series, tables.unit_impulse
     step = lane_row(tables.scalars, lane_tables.STEP, WIDTH)
@@ -177,27 +177,61 @@ def _expand_after_impacts(masses: Masses, tables: LaneTables, batch: LaneBatch, 
         series[k] = gap
         series[WIDTH + k] = rate
         rows[CONTACT_ACCELERATION * WIDTH + k] = -per_square * series[2 * WIDTH + k]
-    for c in range(2 * len(masses)):
+    for c in range(2 * blocks):
         _add_impulse(unit_impulse, c, rows, batch.end[c * WIDTH : (c + 1) * WIDTH], count)
 
 
-@fused_kernel
-def begin_second_pass(masses: Masses, tables: LaneTables, cell: int, batch: LaneBatch, count: int) -> None:
-    """Expand the gaps, given batch.start and the rows UNIT, SIDE, ORIGIN, GAP, RATE, SPEED, JUMP, BOTH and RESTITUTION.
-
-    A lane without an impact (JUMP 0) starts at ORIGIN with the gap and the rate given.
-    """
+@fused_inlined
+def _expand_unrolled(few: Blocks, tables: LaneTables, cell: int, batch: LaneBatch, count: int) -> None:
+    """Write the coefficients of the gaps in z."""
     rows, series, start, table = batch.rows, batch.series, batch.start, tables.series
     for n in range(TERMS):
         row = series[n * WIDTH : (n + 1) * WIDTH]
         steady = lane_row(tables.forcing, TERMS * cell + n, WIDTH)
         for k in range(min(count, WIDTH)):
             total = lane_value(steady, k)
-            for c in range(2 * len(masses)):
-                total += lane_value(lane_row(table, 2 * len(masses) * n + c, WIDTH), k) * start[c * WIDTH + k]
+            for c in range(2 * len(few)):
+                total += lane_value(lane_row(table, 2 * len(few) * n + c, WIDTH), k) * start[c * WIDTH + k]
             row[k] = -rows[SIDE * WIDTH + k] * total
+
+
+@fused_kernel
+def _expand_by_block(blocks: int, tables: LaneTables, cell: int, batch: LaneBatch, count: int) -> None:
+    rows, series, start, table = batch.rows, batch.series, batch.start, tables.series
+    for n in range(TERMS):
+        row = series[n * WIDTH : (n + 1) * WIDTH]
+        steady = lane_row(tables.forcing, TERMS * cell + n, WIDTH)
+        for k in range(min(count, WIDTH)):
+            row[k] = lane_value(steady, k)
+        for c in range(2 * blocks):
+            factor, part = lane_row(table, 2 * blocks * n + c, WIDTH), start[c * WIDTH : (c + 1) * WIDTH]
+            for k in range(min(count, WIDTH)):
+                row[k] += lane_value(factor, k) * part[k]
+        for k in range(min(count, WIDTH)):
+            row[k] = -rows[SIDE * WIDTH + k] * row[k]
+
+
+@fused_kernel
+def begin_second_pass(blocks: int, tables: LaneTables, cell: int, batch: LaneBatch, count: int) -> None:
+    """Expand the gaps, given batch.start and the rows UNIT, SIDE, ORIGIN, GAP, RATE, SPEED, JUMP, BOTH and RESTITUTION.
+
+    A lane without an impact (JUMP 0) starts at ORIGIN with the gap and the rate given.
+    """
+    rows, series, start = batch.rows, batch.series, batch.start
+    if blocks == 1:
+        _expand_unrolled((0,), tables, cell, batch, count)
+    elif blocks == 2:
+        _expand_unrolled((0, 0), tables, cell, batch, count)
+    elif blocks == 3:
+        _expand_unrolled((0, 0, 0), tables, cell, batch, count)
+    elif blocks == 4:
+        _expand_unrolled((0, 0, 0, 0), tables, cell, batch, count)
+    elif blocks == 5:
+        _expand_unrolled((0, 0, 0, 0, 0), tables, cell, batch, count)
+    else:
+        _expand_by_block(blocks, tables, cell, batch, count)
     _shift_series(series, rows, plain(ORIGIN), count)
-    for j in range(len(masses)):
+    for j in range(blocks):
         f0, f1, f2, f3 = four_lane_rows(tables.flow, j, WIDTH)
         block, moved = start[2 * j * WIDTH : (2 * j + 2) * WIDTH], batch.end[2 * j * WIDTH : (2 * j + 2) * WIDTH]
         for k in range(min(count, WIDTH)):
@@ -205,7 +239,7 @@ def begin_second_pass(masses: Masses, tables: LaneTables, cell: int, batch: Lane
             moved[WIDTH + k] = lane_value(f2, k) * block[k] + lane_value(f3, k) * block[WIDTH + k]
     for k in range(min(count, WIDTH)):
         rows[ON_STOP * WIDTH + k] = 0.0
-    _expand_after_impacts(masses, tables, batch, count)
+    _expand_after_impacts(blocks, tables, batch, count)
 
 
 @fused_inlined
@@ -389,17 +423,17 @@ def find_contacts(tables: LaneTables, batch: LaneBatch, count: int) -> None:
 
 
 @fused_kernel
-def apply_impacts(masses: Masses, tables: LaneTables, batch: LaneBatch, count: int) -> None:
+def apply_impacts(blocks: int, tables: LaneTables, batch: LaneBatch, count: int) -> None:
     """Move the expansion point to the contact, after the impact, in every lane with a contact."""
     rows = batch.rows
     _shift_series(batch.series, rows, plain(CONTACT_S), count)
     for k in range(min(count, WIDTH)):
         rows[ORIGIN * WIDTH + k] += rows[CONTACT_S * WIDTH + k]
-    _expand_after_impacts(masses, tables, batch, count)
+    _expand_after_impacts(blocks, tables, batch, count)
 
 
 @fused_kernel
-def end_second_pass(masses: Masses, tables: LaneTables, cell: int, batch: LaneBatch, count: int) -> None:
+def end_second_pass(blocks: int, tables: LaneTables, cell: int, batch: LaneBatch, count: int) -> None:
     """Write q, q' and END_LOSS at the end of the cell."""
     rows, place = batch.rows, 2 * (cell + 1)
     x, v = lane_row(tables.steady_table, place, WIDTH), lane_row(tables.steady_table, place + 1, WIDTH)
@@ -409,7 +443,7 @@ def end_second_pass(masses: Masses, tables: LaneTables, cell: int, batch: LaneBa
         rows[END_X * WIDTH + k] = lane_value(x, k)
         rows[END_V * WIDTH + k] = lane_value(v, k)
         rows[END_LOSS * WIDTH + k] = CONTACT_ROUNDING * lane_value(steady, k) + lane_value(fourth, k)
-    for j in range(len(masses)):
+    for j in range(blocks):
         r0, r1, r2, r3 = four_lane_rows(tables.output_row, j, WIDTH)
         frequency, of_reach, of_fourth = three_lane_rows(tables.bound, j, WIDTH)
         end = batch.end[2 * j * WIDTH : (2 * j + 2) * WIDTH]
