@@ -110,7 +110,7 @@ all-checks: $(TOOLS_STAMP)  #: every long check, recorded in tests/slow/checks.m
 # maps come last, as they need both
 kernels: kernels-of-lanes other-kernels
 
-kernels-of-lanes: COMPONENTS := lockstep-3 apart-3
+kernels-of-lanes: COMPONENTS := lockstep apart
 other-kernels: COMPONENTS := curves trajectories classification orbits observables map_observables
 kernels-of-lanes other-kernels: $(RUN_STAMP)
 	$(call timed,compiling the $(subst -, ,$@) (a minute or two unless they are cached),$(BIN)/python -m grazemap_core.warmup \

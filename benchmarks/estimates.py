@@ -27,7 +27,7 @@ if __name__ == "__main__":
 
 from pydantic import ValidationError
 
-from benchmarks.random_requests import KINDS, MAP_MASSES, drawn
+from benchmarks.random_requests import KINDS, drawn
 from grazemap.wire import ProcessRequest, parse_request
 from grazemap_core import warmup
 from grazemap_core.errors import CoreError
@@ -188,8 +188,6 @@ def main() -> int:
     count = int(sys.argv[1]) if len(sys.argv) > 1 else REQUESTS
     for step in warmup.STEPS:
         warmup.load(step)
-    for masses in MAP_MASSES:
-        warmup.load(f"diagrams-{masses}")
     measurements: list[Measured] = []
     first = int(sys.argv[2]) if len(sys.argv) > 2 else 0
     for process in sys.argv[3:] or KINDS:

@@ -1,8 +1,8 @@
 """Maps of large oscillators: `make large-models`.
 
 A dense model of 40 degrees of freedom, with contact between two of them, and a chain of 64 masses. Each is asked for a
-map of 64 by 64 points twice, through a service that has compiled nothing: the kernels for a number of masses are
-compiled once, as a step of their own that the job waits for, and the map takes no more processor time than estimated.
+map of 64 by 64 points twice, through a service that has compiled nothing: the kernels, which are for any number of
+masses, are compiled once, the first job waits for them, and a map takes no more processor time than estimated.
 The program fails if a map takes more, or if the second one waits for kernels. On a machine slower than the reference of
 `tools.pace` a map may take longer in proportion, which is printed first.
 """

@@ -1,6 +1,6 @@
 """Random valid requests of every process, from a seeded generator, each as a function of its size.
 
-Chains have 1 to 64 masses (those of maps MAP_MASSES, whose kernels are compiled for each number), light to heavy
+Chains have 1 to 64 masses (those of maps MAP_MASSES), light to heavy
 damping, any restitution, including 1; clearances are tiny to wide, and frequencies lie beside natural frequencies too.
 Some codimension-two points are at frequencies far below, where zeros are dense, and some branches are long.
 Some are given as dense matrices, or have their contact between two masses, two restitutions, a bias or an unbalance;

@@ -30,7 +30,6 @@ from grazemap_core.maps.kernels.first_pass import (
     UNIT,
     VECTOR,
     LaneBatch,
-    Masses,
     advance,
     lane_batch,
     solve_impacts,
@@ -44,17 +43,17 @@ _WHOLE, _CELLS, _IMPACTS = "whole", "cells", "impacts"
 
 
 @kernel
-def _advance_often(masses: Masses, tables: LaneTables, group: Lanes, times: int) -> None:
+def _advance_often(blocks: int, tables: LaneTables, group: Lanes, times: int) -> None:
     tables, group = reference(tables), reference(group)
     for _ in range(times):
-        advance(masses, tables, 1, group.even, group.odd, group.limit, group.flags, LANES)
+        advance(blocks, tables, 1, group.even, group.odd, group.limit, group.flags, LANES)
 
 
 @kernel
-def _solve_often(masses: Masses, tables: LaneTables, batch: LaneBatch, count: int, times: int) -> None:
+def _solve_often(blocks: int, tables: LaneTables, batch: LaneBatch, count: int, times: int) -> None:
     tables = reference(tables)
     for _ in range(times):
-        solve_impacts(masses, tables, 0, batch, count)
+        solve_impacts(blocks, tables, 0, batch, count)
 
 
 def stages(lane_count: int, periods: int, impacts: float, rounds: int, progress: Callable[[str], None]) -> list[Stage]:
@@ -66,7 +65,7 @@ def stages(lane_count: int, periods: int, impacts: float, rounds: int, progress:
         Per forcing period of the reference work.
     """
     core, work = Core(), reference_work(lane_count, periods)
-    masses = work.oscillator.size
+    blocks = work.oscillator.size
     forced = forced_structures(trajectory_models(work.oscillator), np.array([work.omega]))[0].kernels
     problem, tables = forced.free, lane_tables(forced)
     group, batch = lanes(work.oscillator.size), lane_batch(work.oscillator.size)
@@ -81,8 +80,8 @@ def stages(lane_count: int, periods: int, impacts: float, rounds: int, progress:
     clocked = time_in_turn(
         {
             _WHOLE: core.prepare(work),
-            _CELLS: lambda: _advance_often(masses, tables, group, cells),
-            _IMPACTS: lambda: _solve_often(masses, tables, batch, at_once, cells),
+            _CELLS: lambda: _advance_often(blocks, tables, group, cells),
+            _IMPACTS: lambda: _solve_often(blocks, tables, batch, at_once, cells),
         },
         rounds,
         progress,

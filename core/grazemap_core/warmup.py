@@ -1,12 +1,12 @@
 """Compilation of the kernels by steps, so that processes that are forked afterwards inherit the machine code.
 
 A step has all kernels that some computations need. It is made of *components*, which several steps may have in common.
-A component is compiled by running a small case, or for the types of one. The kernels that carry the lanes of maps have
-the number of masses as a constant, so there is a component for each number; they are compiled once more (`apart`) for
-maps whose points share no tables. A kernel that several components use is compiled once, as the kernels are cached
-(`kernel_folder`); several processes can compile different components at the same time:
+A component is compiled by running a small case, or for the types of one; all kernels are for any number of masses. The
+kernels that carry the lanes of maps are compiled once more (`apart`) for maps whose points share no tables. A kernel
+that several components use is compiled once, as the kernels are cached (`kernel_folder`); several processes can compile
+different components at the same time:
 
-    python -m grazemap_core.warmup lockstep-3
+    python -m grazemap_core.warmup lockstep
     python -m grazemap_core.warmup curves trajectories classification orbits
 """
 
@@ -111,7 +111,8 @@ _COMPONENTS: dict[str, Callable[[Oscillator], None]] = {
     "observables": _observables,
     "map_observables": _map_observables,
 }
-_OF_MASSES = frozenset({"lockstep", "apart"})
+OF_LANES = ("lockstep", "apart")
+"""The components that carry the lanes of maps, which take longest."""
 _OF_ORBITS = ("curves", "trajectories", "orbits")
 _OF_MAPS = ("classification", "lockstep")
 _STEPS: dict[str, tuple[str, ...]] = {
@@ -124,27 +125,18 @@ _STEPS: dict[str, tuple[str, ...]] = {
     "map_observables": (*_OF_ORBITS, *_OF_MAPS, "map_observables"),
 }
 _STEPS |= {f"apart_{name}": (*_STEPS[name], "apart") for name in ("maps", "diagrams", "map_observables")}
-STEPS = ("curves", "trajectories", "maps-3", "orbits", "diagrams-3")
-"""The steps of a first start, in their order: computations without observables, those with maps for three masses."""
-
-
-def masses_of(name: str) -> int | None:
-    """Return the number of masses that a step or component is for; None if it is for all."""
-    kind, _, masses = name.partition("-")
-    of_masses = not _OF_MASSES.isdisjoint((kind, *_STEPS.get(kind, ())))
-    return int(masses) if of_masses and masses.isdigit() else None
+STEPS = ("curves", "trajectories", "maps", "orbits", "diagrams")
+"""The steps of a first start, in their order: computations without observables."""
 
 
 def is_step(name: str) -> bool:
     """Return whether a step has this name."""
-    kind, dash, _ = name.partition("-")
-    return kind in _STEPS and (bool(masses_of(name)) or (not dash and _OF_MASSES.isdisjoint(_STEPS[kind])))
+    return name in _STEPS
 
 
 def components_of(step: str) -> tuple[str, ...]:
-    """Return the components of a step; those of lanes are named with the number of masses."""
-    kind, _, masses = step.partition("-")
-    return tuple(f"{component}-{masses}" if component in _OF_MASSES else component for component in _STEPS[kind])
+    """Return the components of a step."""
+    return _STEPS[step]
 
 
 def load(step: str) -> None:
@@ -162,15 +154,9 @@ def load(step: str) -> None:
 
 
 def _load_component(component: str) -> None:
-    run, masses = _COMPONENTS[component.partition("-")[0]], masses_of(component) or 3  # whose motions these cases are
-    for per_link in (False, True):
-        run(_chain(masses, per_link))
-
-
-def _chain(masses: int, per_link: bool) -> Oscillator:
-    others = masses - 1
-    damping = [0.05] * masses if per_link else 0.05
-    return Oscillator.create([1.0] + [10.0] * others, [1.0] + [5.0] * others, damping, [1.0] + [0.0] * others, 0.8)
+    for damping in (0.05, [0.05] * 3):
+        oscillator = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], damping, [1.0, 0.0, 0.0], 0.8)
+        _COMPONENTS[component](oscillator)
 
 
 def compile_components(components: Iterable[str]) -> None:

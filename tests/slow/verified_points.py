@@ -87,7 +87,6 @@ def verified_point(seed: int) -> Point:
     rng = np.random.default_rng(seed)
     while True:
         if seed % 5 == 4:
-            # kernels are compiled for every number of masses
             masses = 3 if seed < 100 else int(rng.integers(1, 5))
             oscillator = random_oscillator(rng, masses, bool(rng.integers(2)))
             omega = float(rng.uniform(0.3, 1.5))

@@ -41,7 +41,7 @@ BUSY_SECONDS = 0.1
 LONG_SECONDS = LEASE_SECONDS + 0.5
 
 NUMERICS = Numerics("0", "0", "0", "0", "planted", "none", "planted")
-INFO = WorkerInfo("w", NUMERICS.fingerprint, core_version(), frozenset({"curves", "trajectories", "maps-3"}))
+INFO = WorkerInfo("w", NUMERICS.fingerprint, core_version(), frozenset({"curves", "trajectories", "maps"}))
 WAITING = WaitingJob("unfolding-maps", "a1")
 
 

@@ -26,7 +26,6 @@ from grazemap_service.limits import checked_plan
 from grazemap_service.openapi import SUBMISSION_KINDS, problem_responses
 from grazemap_service.request_body import JsonRoute
 from grazemap_service.routers.results import result_response
-from grazemap_worker import processes
 from grazemap_worker.planning.costs import compiling_seconds
 from grazemap_worker.processes import kernels_of
 from grazemap_worker.store import Requester
@@ -165,14 +164,9 @@ def _compiling_notes(context: Context, process: str, request: ProcessRequest) ->
     kernels = kernels_of(process, request)
     if not context.store.workers.compiles_first(kernels, context.core_version):
         return []
-    masses = (
-        f" for this number of masses, {request.oscillator.size},"
-        if processes.IMPLEMENTATIONS[process].per_mass_count
-        else ""
-    )
     detail = (
-        f"kernels{masses} are compiled first, usually in about {compiling_seconds(kernels):.0f} s, which the estimate "
-        "does not contain"
+        f"kernels are compiled first, usually in about {compiling_seconds(kernels):.0f} s, which the estimate does not "
+        "contain"
     )
     return [Note(code="compiles-first", detail=detail)]
 

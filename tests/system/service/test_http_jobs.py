@@ -53,7 +53,7 @@ def test_the_list_can_be_filtered(client: TestClient, worker: Any) -> None:
 
 def test_dismissing_frees_the_queue_and_is_idempotent(client: TestClient, store: Store, worker: Any) -> None:
     job = client.post("/v1/unfolding-maps", json=MAP).json()
-    assert set(store.tiles.waiting("f00d")) == {("short", "maps-3")}
+    assert set(store.tiles.waiting("f00d")) == {("short", "maps")}
     for _ in range(2):
         answer = client.delete(f"/v1/jobs/{job['id']}")
         assert (answer.status_code, answer.json()["status"]) == (200, "dismissed")
@@ -233,11 +233,11 @@ def test_what_a_job_waits_for_is_an_event_without_an_id(
     job = httpx2.post(f"{live_url}/v1/unfolding-maps", json=MAP).json()
     reasons = []
     with httpx2.stream("GET", f"{live_url}/v1/jobs/{job['id']}/events", timeout=10) as stream:
-        store.workers.set_compiling("maps-3", "the compilation")
+        store.workers.set_compiling("maps", "the compilation")
         for line in stream.iter_lines():
             if line.startswith("data:") and "waiting_for" in line:
                 reasons.append(json.loads(line.removeprefix("data:"))["waiting_for"])
-                store.workers.set_compiling("maps-3", "")
+                store.workers.set_compiling("maps", "")
             if len(reasons) == 2:
                 break
     assert reasons == ["the compilation", None]

@@ -90,7 +90,7 @@ def test_metrics_say_how_long_tiles_wait_and_are_held(client: TestClient, store:
     age(job_id, 100.0)
     assert metric(client, 'grazemap_waiting_jobs{lane="short"}') == 1
     assert metric(client, 'grazemap_waiting_seconds{lane="short"}') == pytest.approx(100, abs=10)
-    worker = WorkerInfo("w", "f", core_version(), frozenset({"curves", "maps-3"}))
+    worker = WorkerInfo("w", "f", core_version(), frozenset({"curves", "maps"}))
     store.workers.renew(worker, 60)
     store.jobs.bind("f", core_version(), [job_id])
     assert metric(client, 'grazemap_waiting_seconds{lane="short"}') == pytest.approx(100, abs=10)

@@ -273,20 +273,22 @@ def test_the_parts_of_a_diagrams_request_are_made_once() -> None:
 
 def test_an_estimate_says_that_kernels_are_compiled_first(client: TestClient, store: Store) -> None:
     chain = {"masses": [1, 2], "stiffnesses": [1, 2], "forcing": [1, 0]}
+    observed = MAP | {"observables": ["rms_displacement"]}
 
     def noted(process: str, body: dict[str, Any]) -> list[str]:
         notes = client.post(f"/v1/{process}/estimate", json=body).json()["notes"]
         return [note["detail"] for note in notes if note["code"] == "compiles-first"]
 
-    store.workers.renew(WorkerInfo("w", "f00d", core_version(), frozenset({"curves", "maps-3"})), 60)
-    (detail,) = noted("unfolding-maps", MAP | {"oscillator": chain})
-    assert detail.startswith("kernels for this number of masses, 2, are compiled first, usually in about 40 s")
+    store.workers.renew(WorkerInfo("w", "f00d", core_version(), frozenset({"curves", "maps"})), 60)
+    (detail,) = noted("unfolding-maps", observed)
+    assert detail.startswith("kernels are compiled first, usually in about 65 s")
     assert noted("unfolding-maps", MAP) == []
+    assert noted("unfolding-maps", MAP | {"oscillator": chain}) == []
     assert noted("grazing-curves", CURVE | {"oscillator": chain}) == []
     (detail,) = noted("periodic-orbits", ORBIT)
     assert detail.startswith("kernels are compiled first, usually in about 8 s")
-    store.workers.renew(WorkerInfo("w", "f00d", core_version(), frozenset({"curves", "maps-3", "maps-2"})), 60)
-    assert noted("unfolding-maps", MAP | {"oscillator": chain}) == []
+    store.workers.renew(WorkerInfo("w", "f00d", core_version(), frozenset({"curves", "maps", "map_observables"})), 60)
+    assert noted("unfolding-maps", observed) == []
 
 
 def test_an_estimate_is_that_of_the_job_and_submits_nothing(client: TestClient) -> None:

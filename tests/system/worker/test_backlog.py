@@ -142,7 +142,7 @@ def test_a_round_rings_where_tiles_wait_and_says_for_which_kernels(store: Store,
     assert [queue.count for queue in queues] == [0, 1]
     submit_map(store, 0, FOUR)
     for _ in range(5):
-        assert reconciler.reconcile() == {"curves", "maps-3"}
+        assert reconciler.reconcile() == {"curves", "maps"}
     assert [queue.count for queue in queues] == [wake_ups.MAX_WAITING] * 2
 
 

@@ -13,7 +13,7 @@ from tests.support import submitting
 from tests.support.steps import commit_result, commit_tile, job_of, register
 
 LEASE = 5.0
-KERNELS = frozenset({"curves", "maps-3"})
+KERNELS = frozenset({"curves", "maps"})
 LARGE = WorkerInfo("large", "f", "1", KERNELS)
 SMALL = WorkerInfo("small", "f", "1", KERNELS, small=True)
 TILES = 100
@@ -45,7 +45,7 @@ def claimed(store: Store, times: int, worker: WorkerInfo = LARGE) -> list[Claim]
 def test_a_flow_of_another_program_is_passed_over(store: Store) -> None:
     store.redis.zadd("grazemap:4:flows:f", {"no flow of ours": -1.0})
     job = submit_map(store, 0)
-    assert set(store.tiles.waiting("f")) == {("long", "maps-3")}
+    assert set(store.tiles.waiting("f")) == {("long", "maps")}
     assert [claim.job_id for claim in claimed(store, 1)] == [job.id]
 
 
@@ -117,14 +117,13 @@ def test_a_small_tile_that_failed_is_computed_in_a_process_of_its_own(store: Sto
 
 
 def test_tiles_wait_for_their_kernels(store: Store) -> None:
-    eight = {"masses": [1] * 8, "stiffnesses": [1] * 8, "forcing": [1] + [0] * 7}
-    request = UnfoldingMapsRequest(oscillator=eight, omega=[1, 2], clearance=[1, 2])
+    request = UnfoldingMapsRequest(omega=[1, 2], clearance=[1, 2], observables=["rms_displacement"])
     job, _ = submitting.submit(store, "unfolding-maps", request, "1", HOUR, 10**6)
     assert claimed(store, 1) == []
-    assert set(store.tiles.waiting("f")) == {("long", "maps-8")}
-    store.workers.set_compiling("maps-8", "kernels for 8 masses")
-    assert job_of(store, job.id).waiting_for == "kernels for 8 masses"
-    more = WorkerInfo("more", "f", "1", KERNELS | {"maps-8"})
+    assert set(store.tiles.waiting("f")) == {("long", "map_observables")}
+    store.workers.set_compiling("map_observables", "kernels for observables")
+    assert job_of(store, job.id).waiting_for == "kernels for observables"
+    more = WorkerInfo("more", "f", "1", KERNELS | {"map_observables"})
     assert [claim.tile for claim in claimed(store, 2, more)] == [0, 1]
 
 

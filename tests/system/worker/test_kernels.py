@@ -56,31 +56,21 @@ def end(kernels: Kernels) -> None:
 
 def test_only_steps_are_compiled(loaded: list[str]) -> None:
     kernels = Kernels(())
-    kernels.want(["core", "maps-", "maps-x", "maps-0", "another", "-3"])
+    kernels.want(["core", "maps-3", "another", ""])
     assert not kernels.advance()
     assert kernels.status_texts() == {}
 
 
-@pytest.mark.parametrize("masses", [1, 2, 8])
-def test_diagrams_of_any_number_of_masses_are_loaded(monkeypatch: pytest.MonkeyPatch, masses: int) -> None:
-    loads: list[tuple[str, int]] = []
-    for name in warmup._COMPONENTS:
-        monkeypatch.setitem(warmup._COMPONENTS, name, lambda chain, name=name: loads.append((name, chain.size)))
-    warmup.load(f"diagrams-{masses}")
-    assert ("lockstep", masses) in loads
-    assert {size for component, size in loads if component != "lockstep"} == {3}
-    assert {component for component, _ in loads} == {"curves", "trajectories", "classification", "lockstep", "orbits"}
-
-
-def test_what_does_not_depend_on_the_number_of_masses_is_compiled_once(loaded: list[str]) -> None:
-    for component in warmup.components_of("maps-3"):
+def test_what_two_steps_have_in_common_is_compiled_once(loaded: list[str]) -> None:
+    for component in warmup.components_of("maps"):
         kernel_folder.record(component)
-    kernels = Kernels(["maps-3", "maps-5", "maps-7"])
+    kernels = Kernels(["maps", "diagrams", "apart_maps"])
     assert kernels.advance()
-    assert [compiler.components for compiler in kernels._compilers.values()] == [["lockstep-5", "lockstep-7"]]
-    kernel_folder.record("lockstep-5")
+    (others, of_lanes) = (compiler.components for compiler in kernels._compilers.values())
+    assert (others, of_lanes) == (["curves", "trajectories", "orbits"], ["apart"])
+    kernel_folder.record("apart")
     assert kernels.advance()
-    assert kernels.ready == {"maps-3", "maps-5"}
+    assert kernels.ready == {"maps", "apart_maps"}
     end(kernels)
 
 
@@ -99,22 +89,22 @@ def test_steps_are_ready_one_after_another_while_two_processes_compile(loaded: l
     kernels = Kernels()
     assert not kernels.advance()
     components = [compiler.components for compiler in kernels._compilers.values()]
-    assert components == [["curves", "trajectories", "classification", "orbits"], ["lockstep-3"]]
+    assert components == [["curves", "trajectories", "classification", "orbits"], ["lockstep"]]
     texts = kernels.status_texts()
     assert texts["curves"] == "kernels for curves, compiling for 0 s (about 5 s usually)"
     assert texts["trajectories"] == "kernels for trajectories, after others"
-    assert texts["maps-3"] == "kernels for maps of 3 masses, compiling for 0 s (about 40 s usually)"
+    assert texts["maps"] == "kernels for maps, compiling for 0 s (about 40 s usually)"
     kernel_folder.record("curves")  # as the process does
     assert kernels.advance()
     assert kernels.ready == {"curves"} == set(loaded)
     assert kernels.status_texts()["trajectories"] == "kernels for trajectories, compiling for 0 s (about 9 s usually)"
     assert not kernels.advance()
-    kernel_folder.record("lockstep-3")
+    kernel_folder.record("lockstep")
     assert not kernels.advance()  # a map also needs what names its motions
     for component in ("trajectories", "classification"):
         kernel_folder.record(component)
     assert kernels.advance()
-    assert kernels.ready == {"curves", "trajectories", "maps-3"}
+    assert kernels.ready == {"curves", "trajectories", "maps"}
     end(kernels)
 
 
@@ -149,14 +139,14 @@ def test_what_failed_without_being_killed_is_left_to_loading(loaded: list[str]) 
 def test_the_time_of_a_step_counts_from_its_first_component(loaded: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
     now = [100.0]
     monkeypatch.setattr(kernels_module.time, "monotonic", lambda: now[0])
-    kernels = Kernels(["maps-3"])
+    kernels = Kernels(["maps"])
     monkeypatch.setattr(kernels_module, "available_cores", lambda: 1)
     kernels.advance()
     now[0] += 10.0
     kernel_folder.record("classification")
     kernels.advance()  # the process goes on with the lanes; nobody has asked for the text yet
     now[0] += 5.0
-    assert kernels.status_texts()["maps-3"].startswith("kernels for maps of 3 masses, compiling for 15 s")
+    assert kernels.status_texts()["maps"].startswith("kernels for maps, compiling for 15 s")
     end(kernels)
 
 
@@ -189,12 +179,12 @@ def test_kernels_that_cannot_be_loaded_leave_it_to_the_tile_to_say_why(
     def broken(step: str) -> None:
         raise ArithmeticError
 
-    for component in warmup.components_of("maps-5"):
+    for component in warmup.components_of("maps"):
         kernel_folder.record(component)
     monkeypatch.setattr(warmup, "load", broken)
-    kernels = Kernels(["maps-5"])
+    kernels = Kernels(["maps"])
     assert kernels.advance()
-    assert "maps-5" in kernels.ready
+    assert "maps" in kernels.ready
 
 
 def test_a_process_that_compiles_ends_with_its_supervisor(tmp_path: Path) -> None:
@@ -230,11 +220,11 @@ def test_every_process_names_a_step() -> None:
 @pytest.mark.parametrize(
     ("process", "more", "expected"),
     [
-        ("unfolding-maps", {}, "apart_maps-3"),
-        ("unfolding-diagrams", {}, "apart_diagrams-3"),
-        ("unfolding-maps", {"observables": ["rms_displacement"]}, "apart_map_observables-3"),
-        ("unfolding-maps", {"policy": "ensemble"}, "maps-3"),
-        ("unfolding-maps", {"policy": "sweep-up"}, "maps-3"),
+        ("unfolding-maps", {}, "apart_maps"),
+        ("unfolding-diagrams", {}, "apart_diagrams"),
+        ("unfolding-maps", {"observables": ["rms_displacement"]}, "apart_map_observables"),
+        ("unfolding-maps", {"policy": "ensemble"}, "maps"),
+        ("unfolding-maps", {"policy": "sweep-up"}, "maps"),
     ],
 )
 def test_points_that_share_no_tables_need_a_step_of_their_own(
@@ -243,7 +233,7 @@ def test_points_that_share_no_tables_need_a_step_of_their_own(
     step = kernels_of(process, parse_request(process, APART | more))
     assert step == expected
     assert warmup.is_step(step)
-    assert ("apart-3" in warmup.components_of(step)) is expected.startswith("apart")
+    assert ("apart" in warmup.components_of(step)) is expected.startswith("apart")
     assert compiling_seconds(step) >= compiling_seconds(step.removeprefix("apart_"))
 
 

@@ -267,7 +267,7 @@ def test_the_force_on_the_held_mass_and_its_free_amplitude_are_those_of_the_matr
 
 def test_diagrams_wait_for_the_kernels_of_their_masses() -> None:
     body = {"vary": "clearance", "range": {"start": 1.3, "stop": 2.0, "points": 4}, "omega": 0.29}
-    assert kernels_of("bifurcation-diagrams", parse_request("bifurcation-diagrams", body)) == "diagrams-3"
+    assert kernels_of("bifurcation-diagrams", parse_request("bifurcation-diagrams", body)) == "diagrams"
 
 
 def test_there_is_no_tile_outside_the_plan() -> None:

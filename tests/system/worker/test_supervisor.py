@@ -280,7 +280,7 @@ def test_a_small_tile_that_does_not_end_is_computed_in_a_process_of_its_own(star
     assert SMALL.lane == "small"
     submit(store, SMALL)
     until(lambda: store.counts().events.get("overran:small") == 1)
-    assert set(store.tiles.waiting("planted")) <= {("short", "maps-3")}
+    assert set(store.tiles.waiting("planted")) <= {("short", "maps")}
 
 
 def asked(store: Store, name: str, milliseconds: int, plan: Plan, *, wake: bool = True) -> Job:

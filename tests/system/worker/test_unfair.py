@@ -15,7 +15,7 @@ from tests.support.steps import commit_result, fingerprint_of, job_of, lane_of, 
 from tests.support.submitting import submit_curve, submit_map
 
 LEASE = 5.0
-KERNELS = frozenset({"curves", "maps-3"})
+KERNELS = frozenset({"curves", "maps"})
 SMALL = [WorkerInfo(f"small {k}", "f", "1", KERNELS, small=True) for k in range(2)]
 ORDINARY = [WorkerInfo(f"ordinary {k}", "f", "1", KERNELS) for k in range(3)]
 UNFAIR, FAIR = Requester("unfair"), Requester("fair")

@@ -310,8 +310,8 @@ def peaks_seconds(oscillator: Oscillator, start: float, stop: float, points: int
 def compiling_seconds(kernels: str) -> float:
     """Return roughly the seconds in which one core compiles kernels, which are named as by `kernels_of`."""
     # "apart_" stands for trajectories with their own tables
-    name, own_tables = kernels.partition("-")[0], kernels.startswith("apart_")
-    return rates.COMPILING_SECONDS[name.removeprefix("apart_")] + (rates.OWN_TABLES_SECONDS if own_tables else 0.0)
+    own_tables = kernels.startswith("apart_")
+    return rates.COMPILING_SECONDS[kernels.removeprefix("apart_")] + (rates.OWN_TABLES_SECONDS if own_tables else 0.0)
 
 
 def setup_seconds(oscillator: Oscillator) -> float:

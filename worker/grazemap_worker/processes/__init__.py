@@ -20,14 +20,12 @@ IMPLEMENTATIONS: Mapping[str, Process] = {
 
 
 def kernels_of(name: str, request: ProcessRequest) -> str:
-    """Return the name of the kernels that a request needs; kernels of maps depend on the number of masses."""
-    process, size = IMPLEMENTATIONS[name], request.oscillator.size
+    """Return the name of the kernels that a request needs."""
+    process = IMPLEMENTATIONS[name]
     kernels = process.kernels
     if isinstance(request, ObservedRequest) and request.observed:
-        kernels = "map_observables" if process.per_mass_count else "observables"
-    if process.own_tables(request):
-        kernels = f"apart_{kernels}"
-    return f"{kernels}-{size}" if process.per_mass_count else kernels
+        kernels = "map_observables" if kernels in ("maps", "diagrams") else "observables"
+    return f"apart_{kernels}" if process.own_tables(request) else kernels
 
 
 __all__ = ["IMPLEMENTATIONS", "Process", "Report", "kernels_of"]

@@ -116,5 +116,4 @@ PROCESS = Process(
     counts=_counts,
     longest_period_cost=lambda request: longest_period_cost(request.line),
     kernels="maps",
-    per_mass_count=True,
 )

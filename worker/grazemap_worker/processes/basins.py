@@ -156,5 +156,4 @@ PROCESS = Process(
     counts=_counts,
     longest_period_cost=period_cost_at_point,
     kernels="maps",
-    per_mass_count=True,
 )

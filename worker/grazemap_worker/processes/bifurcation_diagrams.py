@@ -102,5 +102,4 @@ PROCESS = Process(
     counts=_counts,
     longest_period_cost=lambda request: longest_period_cost(request.line),
     kernels="diagrams",
-    per_mass_count=True,
 )

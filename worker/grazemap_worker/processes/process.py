@@ -51,11 +51,9 @@ class Process:
     Like the counts, it is checked before the plan is made, because numbers of the plan could overflow."""
 
     kernels: str = "curves"
-    """The step of `grazemap_core.warmup` that compiles the kernels, for example "diagrams"; see `per_mass_count`."""
+    """The step of `grazemap_core.warmup` that compiles the kernels, for example "diagrams"."""
     own_tables: Callable[[Any], bool] = lambda request: False
     """Whether every point of a map has its own tables of the motion between impacts, which need further kernels."""
-    per_mass_count: bool = False
-    """Whether the kernels are compiled for each number of masses, which is then added to the name of the step."""
 
     def plan(self, request: Any) -> Plan:
         """Return the tiles of a request, and the estimate of its cost."""

@@ -169,5 +169,4 @@ PROCESS = Process(
     after=_after,
     kernels="diagrams",
     own_tables=lambda request: unfolding_maps.own_tables(request.unfolding_map),
-    per_mass_count=True,
 )

@@ -305,5 +305,4 @@ PROCESS = Process(
     longest_period_cost=lambda request: longest_period_cost(request.plane),
     kernels="maps",
     own_tables=own_tables,
-    per_mass_count=True,
 )

@@ -143,10 +143,9 @@ class Kernels:
         being_compiled = {component for compiler in self._compilers.values() for component in compiler.components}
         wanted = dict.fromkeys(component for name in self._wanted for component in warmup.components_of(name))
         missing = [name for name in wanted if name not in being_compiled and not self._is_settled(name)]
-        # only vectorized components are compiled for each number of masses
-        vectorized = [component for component in missing if warmup.masses_of(component)]
-        scalar = [component for component in missing if component not in vectorized]
-        for components in (scalar, vectorized) if max_processes - len(self._compilers) > 1 else (missing,):
+        of_lanes = [component for component in missing if component in warmup.OF_LANES]
+        others = [component for component in missing if component not in of_lanes]
+        for components in (others, of_lanes) if max_processes - len(self._compilers) > 1 else (missing,):
             if components and len(self._compilers) < max_processes:
                 command = module_command("grazemap_core.warmup", *components)
                 process = subprocess.Popen(command, stdin=subprocess.DEVNULL, process_group=0, preexec_fn=tied())
@@ -179,6 +178,4 @@ def import_core() -> None:
 
 
 def _label(name: str) -> str:
-    masses = warmup.masses_of(name)
-    masses_text = f" of {masses} mass{'' if masses == 1 else 'es'}" if masses else ""
-    return f"kernels for {name.partition('-')[0].replace('_', ' ')}{masses_text}"
+    return f"kernels for {name.replace('_', ' ')}"
