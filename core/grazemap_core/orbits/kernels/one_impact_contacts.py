@@ -36,28 +36,7 @@ class StopGap(NamedTuple):
 
 
 class OneImpactMotions(NamedTuple):
-    """Orbits with one impact in a span at one frequency, as functions of its phase."""
-
-    problem: OrbitProblem
-    """Their equations."""
-    speed: Floats
-    """(H, 2) Real and imaginary parts of the amplitudes of the impact speed, in units of omega times length."""
-    gap: Floats
-    """(H, 2) Real and imaginary parts of the amplitudes of the gap."""
-    pressing: Floats
-    """(H, 2) The same of the acceleration toward the stop just after the impact, in units of omega^2 times length."""
-    stop: float
-    """The stop of the impact, +1 or -1."""
-    struck: StopGap
-    """The gap at which contacts with the stop of the impact are looked for; infinite for none."""
-    other: StopGap
-    """The gap at which contacts with the other stop are looked for; infinite for none."""
-    restitution: float
-    """Restitution of the stop of the impact."""
-
-
-class MotionsByFrequency(NamedTuple):
-    """Orbits with one impact in a span at several frequencies."""
+    """Orbits with one impact in a span at several frequencies, as functions of its phase."""
 
     problem: OrbitProblem
     """Their equations at the first frequency. What contacts do not depend on is the same at all: derivatives by the
@@ -71,17 +50,18 @@ class MotionsByFrequency(NamedTuple):
     steady: Floats
     """(m, H, 2) As in `OrbitProblem`."""
     speed: Floats
-    """(m, H, 2) As in `OneImpactMotions`, likewise the next two."""
+    """(m, H, 2) Real and imaginary parts of the amplitudes of the impact speed, in units of omega times length."""
     gap: Floats
-    """(m, H, 2)."""
+    """(m, H, 2) Real and imaginary parts of the amplitudes of the gap."""
     pressing: Floats
-    """(m, H, 2)."""
+    """(m, H, 2) The same of the acceleration toward the stop just after the impact, in units of omega^2 times
+    length."""
     stop: float
-    """As in `OneImpactMotions`, likewise the others."""
+    """The stop of the impact, +1 or -1."""
     struck: StopGap
-    """The gap for contacts with the stop of the impact."""
+    """The gap at which contacts with the stop of the impact are looked for; infinite for none."""
     other: StopGap
-    """The gap for contacts with the other stop."""
+    """The gap at which contacts with the other stop are looked for; infinite for none."""
     restitution: float
     """Restitution of the stop of the impact."""
 
@@ -111,10 +91,10 @@ class Contacts(NamedTuple):
 
 
 @kernel
-def _at_frequency(motions: MotionsByFrequency, row: int) -> OneImpactMotions:
-    """Return the orbits at one of the frequencies."""
-    problem, struck, other = motions.problem, motions.struck, motions.other
-    here = OrbitProblem(
+def _equations_at(motions: OneImpactMotions, row: int) -> OrbitProblem:
+    """Return the equations at one of the frequencies."""
+    problem = motions.problem
+    return OrbitProblem(
         problem.decay,
         problem.discriminant,
         problem.frequency_squared,
@@ -132,25 +112,17 @@ def _at_frequency(motions: MotionsByFrequency, row: int) -> OneImpactMotions:
         problem.turn,
         problem.sign,
     )
-    return OneImpactMotions(
-        here,
-        motions.speed[row],
-        motions.gap[row],
-        motions.pressing[row],
-        motions.stop,
-        StopGap(struck.fixed, struck.by_gap),
-        StopGap(other.fixed, other.by_gap),
-        motions.restitution,
-    )
 
 
 @kernel
-def _impact_at(motions: OneImpactMotions, phase: float, scratch: MotionScratch) -> OrbitImpacts:
+def _impact_at(
+    motions: OneImpactMotions, problem: OrbitProblem, row: int, phase: float, scratch: MotionScratch
+) -> OrbitImpacts:
     """Return the impact of the orbit at a phase, which the scratch holds."""
-    problem, stop, restitution = motions.problem, motions.stop, motions.restitution
+    stop, restitution = motions.stop, motions.restitution
     sine, cosine = math.sin(phase), math.cos(phase)
-    speed, _, _, _ = sum_of_harmonics(problem, motions.speed, sine, cosine)
-    gap, _, _, _ = sum_of_harmonics(problem, motions.gap, sine, cosine)
+    speed, _, _, _ = sum_of_harmonics(problem, motions.speed[row], sine, cosine)
+    gap, _, _, _ = sum_of_harmonics(problem, motions.gap[row], sine, cosine)
     struck = motions.struck.fixed + motions.struck.by_gap * gap
     other = motions.other.fixed + motions.other.by_gap * gap
     right, left = (struck, other) if stop > 0.0 else (other, struck)
@@ -162,16 +134,16 @@ def _impact_at(motions: OneImpactMotions, phase: float, scratch: MotionScratch) 
 
 @kernel
 def _contact_at(
-    motions: OneImpactMotions, phase: float, floor: float, scratch: MotionScratch
+    motions: OneImpactMotions, problem: OrbitProblem, row: int, phase: float, floor: float, scratch: MotionScratch
 ) -> tuple[int, float, int, float]:
     """Return status, excess and stop of `Contacts` for the orbit at a phase, and the phase of the contact.
 
     Without rebound the contact stays on the stop that it strikes, if it is pressed against it: it meets that stop.
     """
-    impacts = _impact_at(motions, phase, scratch)
-    status, excess, place, touched = further_contact(motions.problem, impacts, floor, scratch.contact)
+    impacts = _impact_at(motions, problem, row, phase, scratch)
+    status, excess, place, touched = further_contact(problem, impacts, floor, scratch.contact)
     if motions.restitution == 0.0 and math.isfinite(motions.struck.fixed) and status != plain(GIVEN_UP):
-        pressing, _, _, _ = sum_of_harmonics(motions.problem, motions.pressing, math.sin(phase), math.cos(phase))
+        pressing, _, _, _ = sum_of_harmonics(problem, motions.pressing[row], math.sin(phase), math.cos(phase))
         if pressing > 0.0:
             status = plain(MEETS)
     return status, excess, touched, place
@@ -179,7 +151,7 @@ def _contact_at(
 
 @kernel
 def contacts_at(
-    motions: MotionsByFrequency,
+    motions: OneImpactMotions,
     phases: Floats,
     rows: Integers,
     floor: float,
@@ -192,13 +164,16 @@ def contacts_at(
     """
     motions, scratch = reference(motions), reference(scratch)
     for i in range(rows.shape[0]):
-        here = reference(_at_frequency(motions, rows[i]))
-        contacts.status[i], contacts.excess[i], contacts.stop[i], _ = _contact_at(here, phases[i], floor, scratch)
+        row = rows[i]
+        problem = reference(_equations_at(motions, row))
+        contacts.status[i], contacts.excess[i], contacts.stop[i], _ = _contact_at(
+            motions, problem, row, phases[i], floor, scratch
+        )
 
 
 @kernel
 def contacts_begin(
-    motions: MotionsByFrequency, clear: Floats, rows: Integers, met: Floats, contacts: Contacts, scratch: MotionScratch
+    motions: OneImpactMotions, clear: Floats, rows: Integers, met: Floats, contacts: Contacts, scratch: MotionScratch
 ) -> None:
     """Move phases `clear` (p,), of admissible orbits, to those at which a contact begins, on the way to `met` (p,).
 
@@ -206,26 +181,27 @@ def contacts_begin(
     """
     motions, scratch = reference(motions), reference(scratch)
     for i in range(rows.shape[0]):
-        here = reference(_at_frequency(motions, rows[i]))
+        row = rows[i]
+        problem = reference(_equations_at(motions, row))
         inside, outside = clear[i], met[i]
-        status, excess, touched, _ = _contact_at(here, outside, -ORBIT_FLOOR, scratch)
+        status, excess, touched, _ = _contact_at(motions, problem, row, outside, -ORBIT_FLOOR, scratch)
         for _ in range(PHASE_HALVINGS):
             middle = 0.5 * (inside + outside)
             if abs(outside - inside) <= MAXIMUM_ACCURACY * (1.0 + abs(middle)):
                 break
-            at_middle, beyond, on, _ = _contact_at(here, middle, -ORBIT_FLOOR, scratch)
+            at_middle, beyond, on, _ = _contact_at(motions, problem, row, middle, -ORBIT_FLOOR, scratch)
             if at_middle == plain(NO_FURTHER_CONTACT):
                 inside = middle
             else:
                 outside, status, excess, touched = middle, at_middle, beyond, on
         clear[i] = inside
         contacts.status[i], contacts.excess[i] = status, excess
-        contacts.stop[i] = touched if touched != 0 else int(here.stop)  # it stays on the stop that it strikes
+        contacts.stop[i] = touched if touched != 0 else int(motions.stop)  # it stays on the stop that it strikes
 
 
 @kernel
 def first_admissible(
-    motions: MotionsByFrequency,
+    motions: OneImpactMotions,
     phases: Floats,
     rows: Integers,
     ends: Floats,
@@ -240,13 +216,16 @@ def first_admissible(
     """
     motions, scratch = reference(motions), reference(scratch)
     for i in range(rows.shape[0]):
-        here = reference(_at_frequency(motions, rows[i]))
-        contacts.status[i], phases[i], contacts.stop[i] = _first_admissible(here, phases[i], ends[i], scratch)
+        row = rows[i]
+        problem = reference(_equations_at(motions, row))
+        contacts.status[i], phases[i], contacts.stop[i] = _first_admissible(
+            motions, problem, row, phases[i], ends[i], scratch
+        )
 
 
 @kernel
 def _first_admissible(
-    motions: OneImpactMotions, start: float, end: float, scratch: MotionScratch
+    motions: OneImpactMotions, problem: OrbitProblem, row: int, start: float, end: float, scratch: MotionScratch
 ) -> tuple[int, float, int]:
     """Return the status of `first_admissible`, the phase to which `start` is moved, and the stop.
 
@@ -256,15 +235,13 @@ def _first_admissible(
     """
     phase, stop, step = start, plain(0), 0.0
     for _ in range(STEPS_TO_ADMISSIBLE):
-        status, excess, touched, place = _contact_at(motions, phase, 0.0, scratch)
+        status, excess, touched, place = _contact_at(motions, problem, row, phase, 0.0, scratch)
         if status == plain(GIVEN_UP):
             return plain(GIVEN_UP), phase, stop
         if touched == 0:
             return plain(NO_FURTHER_CONTACT), phase, stop
-        ahead = _impact_at(motions, phase + 0.5 * math.pi, scratch)
-        quarter, noise = excess_after_first_impact(
-            motions.problem, ahead, place - phase, float(touched), scratch.contact
-        )
+        ahead = _impact_at(motions, problem, row, phase + 0.5 * math.pi, scratch)
+        quarter, noise = excess_after_first_impact(problem, ahead, place - phase, float(touched), scratch.contact)
         step, before = math.atan2(excess, -quarter), step
         if excess <= noise and step >= before:  # round-off alone: next to the impact it excludes arbitrarily much
             return plain(NO_FURTHER_CONTACT), phase, stop

@@ -20,10 +20,11 @@ from grazemap_core.errors import ParameterError
 from grazemap_core.grazing.kernels.periodic_impulses import ADMISSIBLE, NEVER, contact_margin
 from grazemap_core.orbits.family import ForcedFamily, OrbitFamily
 from grazemap_core.orbits.kernels.admissibility import GIVEN_UP, NO_FURTHER_CONTACT, TOUCHES, contact_scratch
+from grazemap_core.orbits.kernels.harmonics import within_turn
 from grazemap_core.orbits.kernels.one_impact_contacts import (
     Contacts,
-    MotionsByFrequency,
     MotionScratch,
+    OneImpactMotions,
     StopGap,
     contacts_at,
     contacts_begin,
@@ -148,11 +149,11 @@ class StopMotions:
         return ("SN", "SB" if self.family.pattern.symmetric else "PD", "GR")
 
     @cached_property
-    def _motions(self) -> MotionsByFrequency:
+    def _motions(self) -> OneImpactMotions:
         """The orbits as the kernels take them, with contacts that are no impacts looked for."""
         forced, orbits, unit = self.orbits.forced, self.orbits, self._length[:, None, None]
         steady = np.array([at.steady[:, -1] for at in forced]) / self._length[:, None]
-        return MotionsByFrequency(
+        return OneImpactMotions(
             problem=forced[0].problem(forced[0].steady_size),
             omega=orbits.omega,
             length=self._length,
@@ -321,8 +322,7 @@ def _verdict(status: int) -> bool | None:
 def _zeros_after(starts: Floats, polynomials: Harmonics) -> Floats:
     """Return the first zero from a phase on of each polynomial of one harmonic; both (m,)."""
     zeros, rows = polynomials.zeros()
-    ahead = np.mod(zeros - starts[rows], 2.0 * math.pi)
-    ahead[ahead >= 2.0 * math.pi] = 0.0  # the remainder of a tiny negative number is rounded to 2 pi
+    ahead = [within_turn(angle) for angle in (zeros - starts[rows]).tolist()]
     nearest = np.full(len(starts), math.inf)
     np.minimum.at(nearest, rows, ahead)
     return np.asarray(starts + nearest)
