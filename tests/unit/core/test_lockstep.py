@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -10,9 +12,11 @@ from benchmarks.ensemble import Ensemble, first_impacts
 from grazemap_core.contact.kernels import half_period
 from grazemap_core.contact.kernels.runs import CHATTER, EVENT_COLUMNS, EVENT_COUNT, KIND, OK, new_run
 from grazemap_core.maps.kernels import lane_state
+from grazemap_core.maps.kernels.lane_scheduler import settle_column
 from grazemap_core.maps.kernels.lane_tables import LANES
 from grazemap_core.maps.map_settings import RunSettings
 from grazemap_core.maps.planes import Plane, PlaneRunner
+from grazemap_core.maps.runner import Runner
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.simulation.start import forced_oscillator, initial_state, start
 from tests.oracles.impact_accuracy import (
@@ -23,6 +27,7 @@ from tests.oracles.impact_accuracy import (
     plane_points,
 )
 from tests.oracles.steady_displacements import contact_amplitude
+from tests.support.general_systems import random_oscillator
 from tests.support.oscillators import DEFAULT
 from tests.support.thorough import KERNELS_FIRST
 
@@ -109,6 +114,18 @@ def test_random_chains_equal_the_scalar_kernel(masses: int) -> None:
 def same(ensemble: Ensemble, other: Ensemble) -> None:
     for name, value in ensemble._asdict().items():
         np.testing.assert_array_equal(value, getattr(other, name), err_msg=name)
+
+
+def test_one_kernel_carries_the_lanes_of_any_number_of_masses() -> None:
+    """Its arguments have the same types, also for dense matrices, so nothing is compiled for a number of masses."""
+    whole: Any = getattr(settle_column, "whole", settle_column)
+    oscillators = [Oscillator.create([1.0] * n, [1.0] * n, 0.1, [1.0] + [0.0] * (n - 1), 0.8) for n in (3, 1, 2, 6, 9)]
+    oscillators.append(random_oscillator(np.random.default_rng(15), 15))
+    compiled = []
+    for oscillator in oscillators:
+        Runner(oscillator, RunSettings(max_periods=4, max_period=2)).compile_lockstep()
+        compiled.append(len(whole.signatures))
+    assert compiled == [compiled[0]] * len(oscillators)
 
 
 @pytest.mark.parametrize("omega", [0.22, 0.29, 0.5])
