@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
 
-from grazemap_core.arrays import Floats, Integers
+from grazemap_core.arrays import Complexes, Floats, Integers
 from grazemap_core.codes import HIDDEN_BY_ROUNDING, RESOLVED
-from grazemap_core.contact.forced import ForcedStructure, forced_structures
+from grazemap_core.contact.forced import ForcedStructure
 from grazemap_core.contact.kernels.cells import CellProblem
 from grazemap_core.contact.kernels.runs import new_run
 from grazemap_core.contact.stops import STOPS_UNIT, Clearance, both_clearances, stops_table, unit_of_stops
@@ -58,7 +57,7 @@ from grazemap_core.maps.map_settings import (
 )
 from grazemap_core.maps.tolerances import GROWTH_SHARE, GROWTH_SKIPPED, LAST_RUNNERS, MOST_GROWTH_PERIODS
 from grazemap_core.model.equilibrium import equilibrium
-from grazemap_core.model.harmonic_response import hidden_by_rounding
+from grazemap_core.model.harmonic_response import hidden_by_rounding, reference_response
 from grazemap_core.model.impulse_response import impulse_response
 from grazemap_core.model.modal import ModalModel
 from grazemap_core.model.oscillator import Oscillator
@@ -133,7 +132,7 @@ class Runner:
                 tangents = lane_tangents(size, harmonics, self._growth_halves)._replace(errors=before.errors)
                 self._scratch = {**self._scratch, "tangents": tangents}
         self._separate: list[TablesPerLane] = [] if before is None else before._separate  # one, where they were needed
-        self._forced: dict[float, ForcedStructure] = {}
+        self._steady: dict[float, Complexes] = {}
         self._last_models: tuple[float, float, LaneModels] | None = None
         self._ended = ENDED_EARLY  # no trajectory was run
 
@@ -153,10 +152,12 @@ class Runner:
 
         Its steady motion at all frequencies `among` (m,) is computed at once, and kept.
         """
-        if omega not in self._forced:
+        if omega not in self._steady:
             frequencies = np.array([omega]) if among is None else among
-            self._forced = dict(zip(frequencies.tolist(), forced_structures(self._models, frequencies), strict=True))
-        return replace(self._forced[omega])  # without the arrays that the kernels take, which would fill the memory
+            steady = reference_response(self.oscillator, self._models.free, frequencies)
+            self._steady = dict(zip(frequencies.tolist(), steady, strict=True))
+        # a new one each time: the arrays of all of them, which the kernels take, would fill the memory
+        return ForcedStructure(self._models, omega, self._steady[omega])
 
     def run(
         self,

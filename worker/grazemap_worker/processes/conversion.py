@@ -39,14 +39,21 @@ def core_oscillator(oscillator: Oscillator) -> CoreOscillator:
     CoreError
         The theory of the core does not cover the oscillator.
     """
-    return _core_oscillator(oscillator.model_dump_json())
+    kept = _kept(oscillator.model_dump_json())
+    if not kept:
+        kept.append(_built(oscillator))
+    return kept[0]
 
 
 @lru_cache(maxsize=16)
-def _core_oscillator(text: str) -> CoreOscillator:
+def _kept(_: str) -> list[CoreOscillator]:
+    """Return the list that keeps the core's oscillator of a text, the same one for the same text; it is empty first."""
+    return []
+
+
+def _built(oscillator: Oscillator) -> CoreOscillator:
     from grazemap_core.model.oscillator import Oscillator as CoreOscillator
 
-    oscillator = Oscillator.model_validate_json(text)
     if oscillator.beyond_the_chain() is not None:
         return _general(oscillator)
     return CoreOscillator.create(

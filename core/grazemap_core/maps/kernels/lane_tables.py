@@ -287,10 +287,18 @@ class SeparateModels:
 
 
 @inlined
-def _copy(target: Floats, pitch: int, lane: int, source: Floats) -> None:
-    """Copy numbers that all lanes share to the first places of a lane of its own."""
-    for place in range(source.shape[0]):
-        put_lane_value(target, place, pitch, lane, source[place])
+def _copy(target: Floats, pitch: int, lane: int, source: Floats, first: int, count: int) -> None:
+    """Copy numbers that all lanes share to the first places of a lane of its own.
+
+    A count that is a constant lets the compiler write the loop out, which it does not with a slice.
+    """
+    for place in range(count):
+        put_lane_value(target, place, pitch, lane, source[first + place])
+
+
+@inlined
+def _copy_all(target: Floats, pitch: int, lane: int, source: Floats) -> None:
+    _copy(target, pitch, lane, source, 0, source.shape[0])
 
 
 @kernel
@@ -299,36 +307,36 @@ def begin_separate(models: LaneModels, separate: TablesPerLane, lane: int, traje
     if separate.number > 0:
         models.addresses[lane] = models.of_trajectories[trajectory]
         tables, group = record_of(models, lane).tables, table_of(separate, OF_GROUP, models)
-        _copy(group.flow, LANES, lane, tables.flow)
-        _copy(group.output_row, LANES, lane, tables.output_row)
-        _copy(group.steady_table, LANES, lane, tables.steady_table)
-        _copy(group.bound, LANES, lane, tables.bound)
-        _copy(group.displacement_scale, LANES, lane, tables.displacement_scale)
-        _copy(group.scalars, LANES, lane, tables.scalars)
+        _copy_all(group.flow, LANES, lane, tables.flow)
+        _copy_all(group.output_row, LANES, lane, tables.output_row)
+        _copy_all(group.steady_table, LANES, lane, tables.steady_table)
+        _copy_all(group.bound, LANES, lane, tables.bound)
+        _copy_all(group.displacement_scale, LANES, lane, tables.displacement_scale)
+        _copy(group.scalars, LANES, lane, tables.scalars, 0, SCALAR_COUNT)
 
 
 @inlined
 def put_in_pass(batch: LaneTables, pitch: int, k: int, tables: LaneTables, cell: int) -> None:
     """Copy a lane's tables for a cell to a batch, where every lane has its own."""
-    _copy(batch.flow, pitch, k, tables.flow)
-    _copy(batch.output_row, pitch, k, tables.output_row)
-    _copy(batch.bound, pitch, k, tables.bound)
-    _copy(batch.series, pitch, k, tables.series)
-    _copy(batch.unit_impulse, pitch, k, tables.unit_impulse)
-    _copy(batch.response, pitch, k, tables.response)
-    _copy(batch.scalars, pitch, k, tables.scalars)
-    _copy(batch.steady_table, pitch, k, tables.steady_table[2 * cell : 2 * cell + 4])
-    _copy(batch.forcing, pitch, k, tables.forcing[TERMS * cell : TERMS * (cell + 1)])
+    _copy_all(batch.flow, pitch, k, tables.flow)
+    _copy_all(batch.output_row, pitch, k, tables.output_row)
+    _copy_all(batch.bound, pitch, k, tables.bound)
+    _copy_all(batch.series, pitch, k, tables.series)
+    _copy_all(batch.unit_impulse, pitch, k, tables.unit_impulse)
+    _copy(batch.response, pitch, k, tables.response, 0, TERMS)
+    _copy(batch.scalars, pitch, k, tables.scalars, 0, SCALAR_COUNT)
+    _copy(batch.steady_table, pitch, k, tables.steady_table, 2 * cell, 4)
+    _copy(batch.forcing, pitch, k, tables.forcing, TERMS * cell, TERMS)
 
 
 @inlined
 def put_in_changes(batch: LaneTables, pitch: int, k: int, tables: LaneTables) -> None:
     """Copy what `tangent_batches` needs of a lane's tables to a batch, where every lane has its own."""
-    _copy(batch.output_row, pitch, k, tables.output_row)
-    _copy(batch.bound, pitch, k, tables.bound)
-    _copy(batch.change_series, pitch, k, tables.change_series)
-    _copy(batch.block, pitch, k, tables.block)
-    _copy(batch.scalars, pitch, k, tables.scalars)
+    _copy_all(batch.output_row, pitch, k, tables.output_row)
+    _copy_all(batch.bound, pitch, k, tables.bound)
+    _copy_all(batch.change_series, pitch, k, tables.change_series)
+    _copy_all(batch.block, pitch, k, tables.block)
+    _copy(batch.scalars, pitch, k, tables.scalars, 0, SCALAR_COUNT)
 
 
 @kernel
