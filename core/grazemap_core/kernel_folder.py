@@ -36,6 +36,7 @@ _DIGEST = hashlib.sha256
 _DIGEST_BYTES = _DIGEST().digest_size
 _COMPONENT = ".kernels"
 
+_chosen: Path | None = None
 _used: set[str] = set()
 """The names of the entries that this process has loaded or saved."""
 
@@ -54,8 +55,20 @@ def folder_name() -> str:
 @cache
 def folder() -> Path:
     """Return the folder for this process's kernels, the same as long as the process lives."""
-    below = config.CACHE_DIR or _CORE / "__pycache__"  # type: ignore[attr-defined]  # set when numba is imported
+    below = _chosen or config.CACHE_DIR or _CORE / "__pycache__"  # type: ignore[attr-defined]  # set by numba
     return Path(below) / folder_name()
+
+
+def choose_folder(below: Path) -> None:
+    """Have the kernels of this process lie below another folder than NUMBA_CACHE_DIR; call this before any is used."""
+    global _chosen
+    _chosen = below
+    folder.cache_clear()
+
+
+def environment() -> dict[str, str]:
+    """Return the environment variables with which a process has the same folder of kernels."""
+    return {"NUMBA_CACHE_DIR": str(folder().parent)}
 
 
 def choose_cache() -> None:
@@ -95,11 +108,11 @@ def _stored(name: str) -> bytes | None:
 class _Entries:
     """The entries of one function, with the interface of numba's index of it."""
 
-    def __init__(self, folder: Path, name: str) -> None:
-        self._folder, self._name = folder, name
+    def __init__(self, name: str) -> None:
+        self._name = name
 
     def _entry(self, key: Any) -> Path:
-        return self._folder / f"{self._name}.{_DIGEST(repr(key).encode()).hexdigest()[:16]}.kernel"
+        return folder() / f"{self._name}.{_DIGEST(repr(key).encode()).hexdigest()[:16]}.kernel"
 
     def save(self, key: Any, data: Any) -> None:
         """Store an entry; without space for it the function is compiled in every process."""
@@ -126,7 +139,7 @@ class _Entries:
 
     def flush(self) -> None:
         """Remove every entry."""
-        for path in self._folder.glob(f"{self._name}.*.kernel"):
+        for path in folder().glob(f"{self._name}.*.kernel"):
             path.unlink(missing_ok=True)
 
 
@@ -165,7 +178,7 @@ class _KernelCache(caching.FunctionCache):
 
     def __init__(self, py_func: Callable[..., object]) -> None:
         super().__init__(py_func)  # type: ignore[no-untyped-call]
-        self._cache_file: Any = _Entries(folder(), f"{py_func.__module__}.{py_func.__qualname__}")
+        self._cache_file: Any = _Entries(f"{py_func.__module__}.{py_func.__qualname__}")
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the compiled function, or None if it must be compiled: also if what is stored cannot be loaded."""

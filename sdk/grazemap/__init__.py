@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from grazemap import errors, wire
     from grazemap.client import AsyncClient, Client
     from grazemap.client.client import JobHandle
+    from grazemap.client.direct import compute, direct
+    from grazemap.client.direct_client import DirectClient
     from grazemap.client.events import Event
     from grazemap.client.jobs import AsyncJobHandle
     from grazemap.local_stack import local
@@ -47,11 +49,14 @@ _HOME = {
     "AsyncClient": "grazemap.client",
     "AsyncJobHandle": "grazemap.client.jobs",
     "Client": "grazemap.client",
+    "DirectClient": "grazemap.client.direct_client",
     "Event": "grazemap.client.events",
     "InitialState": "grazemap.wire",
     "JobHandle": "grazemap.client.client",
     "Oscillator": "grazemap.wire",
     "__version__": "grazemap.version",
+    "compute": "grazemap.client.direct",
+    "direct": "grazemap.client.direct",
     "engineering_units": "grazemap.plots.engineering",
     "local": "grazemap.local_stack",
 }
@@ -65,6 +70,7 @@ __all__ = [
     "BifurcationDiagram",
     "Client",
     "CodimensionTwoPoints",
+    "DirectClient",
     "DiscontinuityMapping",
     "Event",
     "GrazingCurve",
@@ -79,6 +85,8 @@ __all__ = [
     "UnfoldingDiagram",
     "UnfoldingMap",
     "__version__",
+    "compute",
+    "direct",
     "engineering_units",
     "errors",
     "load",

@@ -16,6 +16,8 @@ GrazemapError
 ├── ConnectionFailed            no answer after all retries (also a ConnectionError)
 ├── ProtocolError               an answer that no grazemap service sends
 ├── ResultFormatError           a file or an answer that is not a result (also a ValueError)
+├── ComputationError            a computation without a service was lost with its processes, or these differ
+│   └── CheckpointError         a folder is not that of the computation
 ├── StackError                  the local stack did not start; the message ends with the last lines of its log
 └── MissingExtra                an optional part is not installed (also an ImportError)
 
@@ -33,6 +35,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AuthenticationError",
+    "CheckpointError",
+    "ComputationError",
     "ConnectionFailed",
     "GrazemapError",
     "JobDismissed",
@@ -173,6 +177,14 @@ class ProtocolError(GrazemapError):
 
 class ResultFormatError(GrazemapError, ValueError):
     """The bytes are not a result."""
+
+
+class ComputationError(GrazemapError):
+    """The processes of a computation without a service ended, or they differ."""
+
+
+class CheckpointError(ComputationError):
+    """A folder is not that of the computation."""
 
 
 class StackError(GrazemapError):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import signal
 import sys
 from collections.abc import Sequence
@@ -30,7 +31,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     try:
         settings = WorkerSettings(**options)
         logs.configure(settings.log_level)
-        kernel_cache.use_folder(settings.cache_dir)
+        # before numba is imported
+        os.environ["NUMBA_CACHE_DIR"] = str(kernel_cache.private_folder(settings.cache_dir))
     except ValidationError as error:
         _refuse(refusal_text(error))
     except kernel_cache.CacheFolderError as error:

@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from functools import cache
 from importlib.metadata import version
 
-from grazemap_worker.store import core_version
+from grazemap.version import __version__
 
 # Settings of numba, and of numpy and its linear algebra, that change the instructions on the same processor.
 _NUMBA_SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "USING_SVML")
@@ -57,7 +57,7 @@ def numerics() -> Numerics:
 
     versions = {name: version(name) for name in ("numba", "llvmlite", "numpy", "scipy")}
     core = {
-        "core_version": core_version(),
+        "core_version": __version__,
         "core_sources": source_fingerprint(),
         "with_parts": PART_COMPILER is not None,
     }

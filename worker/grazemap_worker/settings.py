@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+from grazemap_worker.environment import available_cores, default_cache_dir
 from grazemap_worker.machine_memory import machine_memory
 from grazemap_worker.redis_settings import RedisSettings
 from grazemap_worker.store.store import DEFAULT_RESULT_BYTES
@@ -20,16 +20,6 @@ LEASE_SECONDS = 5.0
 # are not counted.
 _MAX_MEMORY = 2 << 30
 _MIN_MEMORY = 1 << 26
-
-
-def available_cores() -> int:
-    """Return how many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def default_cache_dir() -> Path:
-    """Return the default folder for compiled kernels: in XDG_CACHE_HOME, else in ~/.cache."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "grazemap"
 
 
 def default_memory(workers: int, machine_bytes: int | None) -> int:

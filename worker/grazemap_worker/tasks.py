@@ -13,25 +13,19 @@ compute process computes a tile, its worker pauses it from time to time for shor
 from __future__ import annotations
 
 import math
-import os
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import structlog
 from redis.exceptions import RedisError
 
-from grazemap.codec import Document, decode_npz, encode_npz
-from grazemap.results import VERSION, class_of
-from grazemap.results.documents import array_units
-from grazemap.wire import notes_on
+from grazemap_worker.computation import Computation
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.planning import LANE_WEIGHTS, SHORT_SECONDS, TILE_SECONDS, Lane
-from grazemap_worker.processes import IMPLEMENTATIONS, Report
-from grazemap_worker.processes.conversion import request_pointer
+from grazemap_worker.processes import Report
 from grazemap_worker.queue import wake_ups
 from grazemap_worker.queue.compute_process import STORE_FULL_STATUS, Activity, ComputeProcess, SharedState, memory_text
 from grazemap_worker.queue.tile_worker import StopWorker
@@ -47,7 +41,6 @@ from grazemap_worker.store import (
     WorkerInfo,
     is_away,
     is_full,
-    refused_problem,
 )
 
 # A tile may take CPU_FACTOR times its estimated processor time plus EXTRA_CPU_SECONDS, but at most the maximum of its
@@ -326,8 +319,7 @@ def _compute(claim: Claim, context: WorkerContext) -> Finished | None:
     except UnwantedJob:
         return None
     except (CoreError, ResultTooLarge) as error:
-        pointer = request_pointer(claim.request, getattr(error, "name", None))
-        store.jobs.fail(claim.job_id, refused_problem(str(error), pointer))
+        store.jobs.fail(claim.job_id, _computation(claim, context).refusal(error))
         return None
     except MemoryError:
         store.tiles.record_failure(claim.job_id, claim.tile, "memory", claim.holder, memory_text(context.memory_bytes))
@@ -345,36 +337,21 @@ def _record_exception(claim: Claim, context: WorkerContext) -> None:
     structlog.get_logger("grazemap_worker").exception("tile failed", process=claim.process, verdict=verdict)
 
 
-def _processor_seconds() -> float:
-    """Return the processor time of this thread, and of the children that have ended."""
-    times = os.times()
-    return time.thread_time() + times.children_user + times.children_system
-
-
 def _compute_or_raise(claim: Claim, context: WorkerContext) -> Finished:
     """Return the finished tile, or the result of the whole job, with the processor time that it took."""
-    process, store = IMPLEMENTATIONS[claim.process], context.store
-    if process.tile is not None and not claim.assembly:
-        began = _processor_seconds()
-        document = process.tile(claim.request, claim.plan.tile(claim.tile))
-        took = _processor_seconds() - began
-        data = encode_npz(document, {**_meta(claim, context), "tile": claim.plan.place(claim.tile)})
-        return Finished(claim, data, took, whole=False)
-    if process.assembled is not None:
-        tiles, report = _finished_tiles(claim, store), _assembly_progress_report(claim, store)
-        compute = partial(process.assembled, claim.request, claim.plan, tiles, report)
-    elif process.whole is not None:
-        compute = partial(process.whole, claim.request, _progress_report(claim, store))
+    computation, store = _computation(claim, context), context.store
+    if computation.has_tiles and not claim.assembly:
+        tile = computation.tile(claim.tile)
+        return Finished(claim, tile.data, tile.seconds, whole=False)
+    if computation.has_tiles:
+        result = computation.result(_finished_tiles(claim, store), _assembly_progress_report(claim, store))
     else:
-        raise TypeError(f"the process {claim.process} computes nothing")
-    began = _processor_seconds()
-    document = compute()
-    took = _processor_seconds() - began
-    notes = [note.model_dump() for note in notes_on(claim.request)]
-    meta = {**_meta(claim, context), "notes": notes}
-    meta["array_units"] = array_units(class_of(claim.process, document).schema, document, meta["units"])
-    data = encode_npz(document, meta)
-    return Finished(claim, data, took, lasting=process.lasting(document))
+        result = computation.result([], _progress_report(claim, store))
+    return Finished(claim, result.data, result.seconds, lasting=result.lasting)
+
+
+def _computation(claim: Claim, context: WorkerContext) -> Computation:
+    return Computation(claim.request, claim.canonical, claim.plan, claim.core_version, context.numerics)
 
 
 def _progress_report(claim: Claim, store: Store) -> Report:
@@ -413,22 +390,8 @@ def _assembly_progress_report(claim: Claim, store: Store) -> Report:
     return report
 
 
-def _finished_tiles(claim: Claim, store: Store) -> list[Document]:
-    documents = []
+def _finished_tiles(claim: Claim, store: Store) -> Iterator[bytes]:
     for index, data in enumerate(store.tiles.many(claim.job_id, range(claim.plan.tile_count))):
         if data is None:
             raise LookupError(f"tile {index} is missing")
-        documents.append(decode_npz(data)[0])
-    return documents
-
-
-def _meta(claim: Claim, context: WorkerContext) -> dict[str, Any]:
-    """Return the metadata of a result: no timings, so that the same request gives the same bytes."""
-    return {
-        "process": claim.process,
-        "schema": VERSION,
-        "request": claim.canonical,
-        "core_version": claim.core_version,
-        "numerics": context.numerics.as_meta(),
-        "units": claim.request.oscillator.units,
-    }
+        yield data

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import AsyncGenerator, Iterable, Mapping
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import httpx2
 
@@ -14,9 +14,11 @@ from grazemap.client.connection import AsyncConnection
 from grazemap.client.http import ConnectionSettings, json_object
 from grazemap.client.jobs import AsyncJobHandle
 from grazemap.client.methods import AsyncMethods
-from grazemap.results import html
+from grazemap.results import Result, html
 from grazemap.validation import validated, validated_each
 from grazemap.wire import Forecast, ProcessRequest, ServiceStatus, Status
+
+R = TypeVar("R", bound=Result)
 
 
 class AsyncClient(AsyncMethods):
@@ -74,6 +76,9 @@ class AsyncClient(AsyncMethods):
 
     def _repr_html_(self) -> str:
         return html.table(type(self).__name__, {"service": self.base_url})
+
+    async def _compute(self, kind: type[R], request: ProcessRequest, progress: bool) -> R:
+        return await job_calls.compute(self._connection, kind, request, progress)
 
     async def close(self) -> None:
         """Close the connections."""

@@ -53,7 +53,7 @@ def blocking(asynchronous: type) -> Callable[[type[T]], type[T]]:
             if issubclass(cls, base):
                 continue
             for name, value in vars(base).items():
-                if name in vars(cls) or name in ("__aenter__", "__aexit__"):
+                if name in _own_names(cls) or name in ("__aenter__", "__aexit__"):
                     continue
                 if isinstance(value, FunctionType):
                     setattr(cls, name, _blocking(value, cls))
@@ -62,6 +62,11 @@ def blocking(asynchronous: type) -> Callable[[type[T]], type[T]]:
         return cls
 
     return complete
+
+
+def _own_names(cls: type) -> set[str]:
+    """Return the names that a class and its bases define, apart from those of every object."""
+    return {name for base in cls.__mro__ if base is not object for name in vars(base)}
 
 
 def _blocking(function: FunctionType, cls: type) -> Callable[..., Any]:

@@ -8,6 +8,7 @@ from grazemap.client.async_client import AsyncClient
 from grazemap.client.blocking import blocking
 from grazemap.client.connection import Connection
 from grazemap.client.jobs import AsyncJobHandle
+from grazemap.client.methods import Methods
 
 
 @blocking(AsyncJobHandle)
@@ -16,7 +17,7 @@ class JobHandle:  # noqa: D101 - its docstring is made too
 
 
 @blocking(AsyncClient)
-class Client:  # noqa: D101 - its docstring is made too
+class Client(Methods):  # noqa: D101 - its docstring is made too
     _connection_class, _handle_class = Connection, JobHandle
 
     def __enter__(self) -> Self:

@@ -13,7 +13,6 @@ from inspect import Parameter, Signature, cleandoc
 from textwrap import fill, indent
 from typing import Any, NamedTuple
 
-from grazemap.client import jobs
 from grazemap.client.arguments import (
     Argument,
     Form,
@@ -241,7 +240,8 @@ class ProcessMethod:
         """Return the method of the asynchronous client."""
 
         async def awaited(self_: Any, *arguments: Any, **keywords: Any) -> Result:
-            return await jobs.compute(self_._connection, self._result, *self.request_for(*arguments, **keywords))
+            result: Result = await self_._compute(self._result, *self.request_for(*arguments, **keywords))
+            return result
 
         method: Any = awaited
         method.__name__, method.__doc__, method.__signature__ = self.name, self.doc, self.signature

@@ -9,7 +9,7 @@ from __future__ import annotations
 from grazemap.version import __version__
 from grazemap_worker.store.connection import connect, is_away, is_full, trouble
 from grazemap_worker.store.keys import ASSEMBLY
-from grazemap_worker.store.problems import FULL_PROBLEM, refused_problem
+from grazemap_worker.store.problems import FULL_PROBLEM
 from grazemap_worker.store.records import (
     ANONYMOUS,
     EVENT_KINDS,
@@ -54,6 +54,5 @@ __all__ = [
     "core_version",
     "is_away",
     "is_full",
-    "refused_problem",
     "trouble",
 ]

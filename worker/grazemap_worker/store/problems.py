@@ -1,22 +1,12 @@
-"""The problems of failed jobs, as problem details after RFC 9457; they contain nothing internal."""
+"""The problems of jobs that failed in the workers, as problem details after RFC 9457; they contain nothing internal."""
 
 from __future__ import annotations
 
-from grazemap.wire import Problem, ProblemError
+from grazemap.wire import Problem
 from grazemap.wire.problems import make_problem
 from grazemap_worker.planning import Plan
 from grazemap_worker.store.keys import ASSEMBLY, MAX_EXCEPTIONS, MAX_LOST
 from grazemap_worker.store.records import FailureKind
-
-
-def refused_problem(detail: str, pointer: str | None = None) -> Problem:
-    """Return the problem of a request that the core cannot compute; the same request fails again.
-
-    `detail` is the message of the CoreError, which is about the physics and names no internals. `pointer` is the JSON
-    pointer to the field that the message is about.
-    """
-    errors = [ProblemError(pointer=pointer, detail=detail)] if pointer else []
-    return make_problem("computation-refused", detail, errors)
 
 
 def failure_problem(kind: FailureKind, tile: int, plan: Plan, limit: str = "") -> Problem:

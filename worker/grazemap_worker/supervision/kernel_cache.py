@@ -7,12 +7,15 @@ import os
 import shutil
 import stat
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
 import structlog
 
 _USED = "used"
+_LOOK_SECONDS = 0.05
 UNUSED_SECONDS = 90 * 86400.0
 """A folder of kernels is removed when no worker was started with it for this time, and none with it still runs."""
 
@@ -21,8 +24,8 @@ class CacheFolderError(RuntimeError):
     """The folder for compiled kernels belongs to another user or cannot be made private."""
 
 
-def use_folder(root: Path) -> Path:
-    """Make the cache folder private and have numba use it; call this before numba is imported.
+def private_folder(root: Path) -> Path:
+    """Return the folder for compiled kernels below a cache folder; make it, and make it private.
 
     Raises
     ------
@@ -35,8 +38,18 @@ def use_folder(root: Path) -> Path:
     if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.getuid():
         raise CacheFolderError(f"{folder} must be a folder of this user")
     folder.chmod(0o700)
-    os.environ["NUMBA_CACHE_DIR"] = str(folder / "numba")
-    return folder
+    return folder / "numba"
+
+
+@contextmanager
+def one_compiles(folder: Path, waits: Callable[[], None]) -> Iterator[None]:
+    """Begin this block when no other process is in such a block with the same folder; until then, call `waits`."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / "compiling").open("ab") as file:
+        while not _locked(file, fcntl.LOCK_EX):
+            waits()
+            time.sleep(_LOOK_SECONDS)
+        yield
 
 
 def mark_used(folder: Path) -> IO[bytes]:

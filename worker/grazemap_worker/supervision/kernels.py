@@ -26,10 +26,10 @@ import grazemap_core
 from grazemap.module_command import module_command
 from grazemap_core import kernel_folder, warmup
 from grazemap_worker import watchdog
+from grazemap_worker.environment import ONE_THREAD, available_cores
 from grazemap_worker.liveness import Liveness
 from grazemap_worker.parent_death import tied
 from grazemap_worker.planning.costs import compiling_seconds
-from grazemap_worker.settings import available_cores
 
 # A compiling process may be killed, for example when memory is short. After so many killed attempts, a component is
 # given up here, and is compiled when a tile needs it.
@@ -52,10 +52,12 @@ class _Compiler:
 class Kernels:
     """The steps of kernels that are being compiled, and those for which nothing more is done here (`ready`).
 
-    A step is ready when it is loaded, could not be loaded, or has a component that was given up.
+    A step is ready when it is loaded, could not be loaded, or has a component that was given up. Without `load` it is
+    ready when it is compiled.
     """
 
-    def __init__(self, steps: Iterable[str] = warmup.STEPS) -> None:
+    def __init__(self, steps: Iterable[str] = warmup.STEPS, *, load: bool = True) -> None:
+        self._loads = load
         self.ready: set[str] = set()
         self._wanted: list[str] = []
         self._settled: set[str] = set()
@@ -91,12 +93,18 @@ class Kernels:
         before, self._reported_ready = self._reported_ready, len(self.ready)
         return self._reported_ready > before
 
-    def ended(self, pid: int, status: int) -> None:
-        """Record that a child of this process has ended, with its wait status."""
+    def look(self) -> None:
+        """Record which of the compiling processes have ended, in a process that waits for no children itself."""
+        for pid, compiler in list(self._compilers.items()):
+            if (code := compiler.process.poll()) is not None:
+                self.ended(pid, code)
+
+    def ended(self, pid: int, code: int) -> None:
+        """Record that a child of this process has ended, with its exit code."""
         compiler = self._compilers.pop(pid, None)
         if compiler is None:
             return
-        code = compiler.process.returncode = os.waitstatus_to_exitcode(status)
+        compiler.process.returncode = code
         for component in [component for component in compiler.components if not self._is_settled(component)][:1]:
             self._tries[component] += 1
             self._log.warning("kernels not compiled", kernels=component, status=code, tries=self._tries[component])
@@ -148,12 +156,15 @@ class Kernels:
         for components in (others, of_lanes) if max_processes - len(self._compilers) > 1 else (missing,):
             if components and len(self._compilers) < max_processes:
                 command = module_command("grazemap_core.warmup", *components)
-                process = subprocess.Popen(command, stdin=subprocess.DEVNULL, process_group=0, preexec_fn=tied())
+                environment = {**os.environ, **dict.fromkeys(ONE_THREAD, "1"), **kernel_folder.environment()}
+                process = subprocess.Popen(
+                    command, stdin=subprocess.DEVNULL, process_group=0, preexec_fn=tied(), env=environment
+                )
                 self._compilers[process.pid] = _Compiler(process, Liveness(process.pid), list(components))
 
     def _load(self, name: str) -> None:
         """Load a step, unless one of its components was given up: this process would compile the component."""
-        if self._given_up.isdisjoint(warmup.components_of(name)):
+        if self._loads and self._given_up.isdisjoint(warmup.components_of(name)):
             try:
                 with watchdog.beating():
                     warmup.load(name)
@@ -162,7 +173,7 @@ class Kernels:
                 self._log.exception("kernels cannot be loaded", kernels=name)
         self._wanted.remove(name)
         self.ready.add(name)
-        if not self._wanted:
+        if not self._wanted and self._loads:
             with watchdog.beating():
                 import_core()
 

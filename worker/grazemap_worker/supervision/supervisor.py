@@ -193,7 +193,7 @@ class Supervisor:
             pid, status = ended
             slot = by_pid.get(pid)
             if slot is None:
-                self._kernels.ended(pid, status)
+                self._kernels.ended(pid, os.waitstatus_to_exitcode(status))
                 continue
             slot.pid = 0
             if slot.watched.asked_to_stop and status == 0:

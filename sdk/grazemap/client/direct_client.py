@@ -1,0 +1,165 @@
+"""The client that computes in a script, without a service; editors read `direct_client.pyi`."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import AsyncGenerator, Iterable, Mapping
+from concurrent.futures import Executor
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, Self, TypeVar, cast
+
+from grazemap.client.blocking import blocking
+from grazemap.client.events import Event
+from grazemap.client.messages import merged_notes, require_success, warn_about
+from grazemap.client.methods import AsyncMethods, Methods
+from grazemap.client.progress import ProgressListener
+from grazemap.errors import GrazemapError, JobError, MissingExtra
+from grazemap.results import Result, decode_result
+from grazemap.validation import validated, validated_each
+from grazemap.version import __version__
+from grazemap.wire import Forecast, Job, Problem, ProcessRequest, canonical_id, notes_on, unstated
+
+R = TypeVar("R", bound=Result)
+_PARTS = ("numba", "scipy", "loky", "threadpoolctl", "structlog")
+
+
+class AsyncDirectClient(AsyncMethods):
+    """Computes in this process and by an executor, with the methods of a client of a service.
+
+    Parameters
+    ----------
+    executor : concurrent.futures.Executor, optional
+        Computes the tiles of a request and what follows them, for example that of Dask, ``client.get_executor()``, or
+        ``mpi4py.futures.MPIPoolExecutor()``. Left out: a process for each core of this machine computes tiles, and this
+        process what follows them.
+
+    Raises
+    ------
+    MissingExtra
+        The extra "compute" is not installed.
+    """
+
+    def __init__(self, executor: Executor | None = None) -> None:
+        self._direct = _worker_module("direct").Direct(executor)
+
+    async def compute(
+        self,
+        process: str,
+        request: ProcessRequest | Mapping[str, Any],
+        *,
+        progress: bool = True,
+        checkpoint: str | os.PathLike[str] | None = None,
+    ) -> Any:
+        """Compute a request, and return its result: the bytes are those of a service.
+
+        Parameters
+        ----------
+        process : str
+            For example "unfolding-maps".
+        request : mapping or wire model
+            The body as the HTTP interface takes it.
+        progress : bool
+            Whether a bar is shown on a terminal or below a notebook's cell during the computation, and elsewhere a line
+            on stderr for what it waits for longer than 5 s.
+        checkpoint : path, optional
+            A folder for the finished tiles of this request. A computation that was interrupted goes on from it.
+
+        Raises
+        ------
+        ParameterError, JobFailed
+            Values that are not allowed, or that the core cannot compute.
+        CheckpointError
+            The folder is that of another request, or of another version.
+        ComputationError
+            The processes of the executor end, or compute with different libraries or processors.
+        """
+        return self._result(validated(process, request), progress, checkpoint)
+
+    async def _compute(self, kind: type[R], request: ProcessRequest, progress: bool) -> R:
+        return cast(R, self._result(request, progress))
+
+    def _result(
+        self, request: ProcessRequest, progress: bool, checkpoint: str | os.PathLike[str] | None = None
+    ) -> Result:
+        warn_about([*notes_on(request), *unstated(request)])
+        folder = None if checkpoint is None else Path(checkpoint).expanduser()
+        with ProgressListener(request.operation.process, progress) as listener:
+            outcome = self._direct.compute(request, lambda name, data: listener(Event("", name, data)), folder)
+        return _result(request, outcome)
+
+    async def map(
+        self,
+        process: str | Iterable[ProcessRequest | tuple[str, Mapping[str, Any]]],
+        requests: Iterable[ProcessRequest | Mapping[str, Any]] = (),
+        *,
+        return_exceptions: bool = False,
+    ) -> AsyncGenerator[Any]:
+        """Compute many requests, and yield their results in the order of the requests.
+
+        Parameters
+        ----------
+        process : str, or iterable of wire models and pairs (process, request)
+            The process of all requests; or the requests themselves, of any processes.
+        requests : iterable of mappings or wire models
+            The bodies as the HTTP interface takes them, if `process` is a name.
+        return_exceptions : bool
+            For a request that cannot be computed, yield the exception in place of the result and go on, rather than
+            raise the exception.
+
+        Raises
+        ------
+        ParameterError
+            Values that are not allowed; the pointers begin with the place of the request. Nothing is computed then.
+        JobFailed
+            In place of a result.
+        """
+        models = validated_each(process, requests)
+        warn_about(merged_notes([note for request in models for note in (*notes_on(request), *unstated(request))]))
+        for request, outcome in zip(models, self._direct.each(models), strict=True):
+            try:
+                result: Result | GrazemapError = _result(request, outcome)
+            except JobError as error:
+                if not return_exceptions:
+                    raise
+                result = error
+            yield result
+
+    async def estimate(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> Forecast:
+        """Return what a request is expected to cost; nothing is computed. Its notes are issued as warnings, too."""
+        model = validated(process, request)
+        notes = [*notes_on(model), *unstated(model)]
+        warn_about(notes)
+        plan = _worker_module("processes").IMPLEMENTATIONS[process].plan(model)
+        return Forecast(**plan.estimate.model_dump(), notes=notes)
+
+    async def close(self) -> None:
+        """End the processes that this client has started; an executor that was given goes on."""
+        self._direct.close()
+
+
+@blocking(AsyncDirectClient)
+class DirectClient(Methods):  # noqa: D101 - its docstring is made too
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _result(request: ProcessRequest, outcome: bytes | Problem) -> Result:
+    """Return the result of a request from its npz. Raises JobFailed for a problem."""
+    if isinstance(outcome, Problem):
+        process, canonical = request.operation.process, request.canonical()
+        job_id = canonical_id(process, canonical, __version__)
+        require_success(Job(id=job_id, process=process, request=canonical, status="failed", problem=outcome))
+    assert isinstance(outcome, bytes)
+    return decode_result(outcome)
+
+
+def _worker_module(name: str) -> Any:
+    """Return a module of the workers. Raises MissingExtra where what it needs is not installed."""
+    if any(find_spec(part) is None for part in _PARTS):
+        raise MissingExtra("a computation without a service", "compute")
+    return import_module(f"grazemap_worker.{name}")
