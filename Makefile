@@ -28,7 +28,7 @@ STACKS := tests/system/chaos
 # the name of this folder is; in variables of the environment they are not, for processes in other folders.
 TEST_CACHE := .cache/grazemap
 WITH_KERNELS := test digests digests-all thorough general hardware verify beside-borders chaotic-transients \
-	long-transients one-period resolve memory chaos fairness unfair first-window load small-questions estimates planes \
+	long-transients one-period resolve memory chaos executors fairness unfair first-window load small-questions estimates planes \
 	proofs mutants browser resonance tolerance-sizes
 $(WITH_KERNELS): export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 $(WITH_KERNELS): export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
@@ -49,6 +49,8 @@ targets:  #: list all targets
 # Modules are compiled when they are first imported: most never are. Where the environment forbids storing them, every
 # process would compile them again, which takes seconds.
 export PYTHONDONTWRITEBYTECODE :=
+# what is measured and tested runs on stacks of its own
+export GRAZEMAP_LOCAL := own
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 # $(call timed,what is done,command): says what is done, then how long it took
 timed = @echo "$(1) ..."; began=$$(date +%s); $(2) && echo "... took $$(($$(date +%s) - $$began)) s"
@@ -219,6 +221,10 @@ storage: $(STAMP)  #: append-only files with a hundred damaged tails, and a full
 
 chaos: kernels $(STAMP)  #: 110 signals at random to the processes of a stack, for each of 5 seeds (an hour)
 	$(BIN)/python -m tests.slow.signals_at_random
+
+executors: kernels $(STAMP)  #: results by a service, pools, Dask, MPI and an array of tasks: the same bytes (ten minutes)
+	$(INSTALL) distributed mpi4py openmpi
+	$(BIN)/python -m tests.slow.executors
 
 fairness: kernels $(STAMP)  #: 51 large maps beside another client's, and 10,500 small jobs after three maps (ten minutes)
 	$(BIN)/python -m tests.slow.fairness

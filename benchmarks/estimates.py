@@ -31,6 +31,7 @@ from benchmarks.random_requests import KINDS, drawn
 from grazemap.wire import ProcessRequest, parse_request
 from grazemap_core import warmup
 from grazemap_core.errors import CoreError
+from grazemap_worker.planning.kernel_steps import FIRST_STEPS, components_of
 from grazemap_worker.processes import IMPLEMENTATIONS
 
 REQUESTS = 5
@@ -186,8 +187,8 @@ def measured(process: str, seed: int) -> Measured | None:
 def main() -> int:
     """Print a line for each request, and a summary; return 1 if the estimates are not true."""
     count = int(sys.argv[1]) if len(sys.argv) > 1 else REQUESTS
-    for step in warmup.STEPS:
-        warmup.load(step)
+    for step in FIRST_STEPS:
+        warmup.load(components_of(step))
     measurements: list[Measured] = []
     first = int(sys.argv[2]) if len(sys.argv) > 2 else 0
     for process in sys.argv[3:] or KINDS:

@@ -81,7 +81,7 @@ def row(seed: int) -> tuple[list[float], float, float]:
 
 def main() -> None:
     """Print the rates."""
-    warmup.load("trajectories")
+    warmup.load(["trajectories"])
     works, times, ratios = [], [], []
     for seed in range(TRAJECTORIES):
         try:

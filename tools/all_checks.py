@@ -45,6 +45,7 @@ TARGETS = (
     "schemathesis",
     "storage",
     "chaos",
+    "executors",
     "fairness",
     "unfair",
     "load",

@@ -11,7 +11,6 @@ from unittest.mock import patch
 import httpx2
 
 from grazemap import AsyncClient
-from grazemap_core.warmup import STEPS
 from grazemap_service import jobs
 from grazemap_service.app import create_app
 from grazemap_service.context import Context
@@ -20,6 +19,7 @@ from grazemap_service.settings import ServiceSettings
 from grazemap_worker import tasks
 from grazemap_worker.numerics import numerics
 from grazemap_worker.planning import LANE_WEIGHTS
+from grazemap_worker.planning.kernel_steps import FIRST_STEPS
 from grazemap_worker.store import Store, WaitingJob, WorkerInfo, WorkerQueue, connect, core_version
 from grazemap_worker.store.ledger import LANES
 
@@ -30,7 +30,7 @@ async def client() -> AsyncIterator[AsyncClient]:
     with tempfile.TemporaryDirectory() as folder, RedisServer(Path(folder)) as server:
         store = Store(connect(server.url))
         ours = numerics()
-        worker = WorkerInfo("here", ours.fingerprint, core_version(), frozenset(STEPS), small=True)
+        worker = WorkerInfo("here", ours.fingerprint, core_version(), frozenset(FIRST_STEPS), small=True)
         store.workers.renew(worker, 600)
 
         def compute_tiles(_context: Context, _queue: WorkerQueue, _job: WaitingJob) -> None:

@@ -67,8 +67,12 @@ def choose_folder(below: Path) -> None:
 
 
 def environment() -> dict[str, str]:
-    """Return the environment variables with which a process has the same folder of kernels."""
-    return {"NUMBA_CACHE_DIR": str(folder().parent)}
+    """Return the environment variables with which a process has the same kernels.
+
+    Here they may be those of this very processor only because numba was imported before the core.
+    """
+    same = {} if "NUMBA_CPU_NAME" in os.environ else {"GRAZEMAP_KERNELS": "native"}
+    return {"NUMBA_CACHE_DIR": str(folder().parent), **same}
 
 
 def choose_cache() -> None:

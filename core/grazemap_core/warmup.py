@@ -1,10 +1,9 @@
-"""Compilation of the kernels by steps, so that processes that are forked afterwards inherit the machine code.
+"""Compilation of the kernels by components, so that processes that are forked afterwards inherit the machine code.
 
-A step has all kernels that some computations need. It is made of *components*, which several steps may have in common.
-A component is compiled by running a small case, or for the types of one; all kernels are for any number of masses. The
-kernels that carry the lanes of maps are compiled once more (`apart`) for maps whose points share no tables. A kernel
-that several components use is compiled once, as the kernels are cached (`kernel_folder`); several processes can compile
-different components at the same time:
+A component has the kernels that some computations need. It is compiled by running a small case, or for the types of
+one; all kernels are for any number of masses. The kernels that carry the lanes of maps are compiled once more (`apart`)
+for maps whose points share no tables. A kernel that several components use is compiled once, as the kernels are cached
+(`kernel_folder`); several processes can compile different components at the same time:
 
     python -m grazemap_core.warmup lockstep
     python -m grazemap_core.warmup curves trajectories classification orbits
@@ -111,45 +110,14 @@ _COMPONENTS: dict[str, Callable[[Oscillator], None]] = {
     "observables": _observables,
     "map_observables": _map_observables,
 }
-OF_LANES = ("lockstep", "apart")
-"""The components that carry the lanes of maps, which take longest."""
-_OF_ORBITS = ("curves", "trajectories", "orbits")
-_OF_MAPS = ("classification", "lockstep")
-_STEPS: dict[str, tuple[str, ...]] = {
-    "curves": ("curves",),
-    "trajectories": ("trajectories",),
-    "maps": _OF_MAPS,
-    "orbits": _OF_ORBITS,
-    "diagrams": (*_OF_ORBITS, *_OF_MAPS),
-    "observables": (*_OF_ORBITS, "observables"),
-    "map_observables": (*_OF_ORBITS, *_OF_MAPS, "map_observables"),
-}
-_STEPS |= {f"apart_{name}": (*_STEPS[name], "apart") for name in ("maps", "diagrams", "map_observables")}
-STEPS = ("curves", "trajectories", "maps", "orbits", "diagrams")
-"""The steps of a first start, in their order: computations without observables."""
+
+_FIRST = ("curves", "trajectories", "classification", "orbits", "lockstep")
+"""What computations without observables need, whose points share tables."""
 
 
-def is_step(name: str) -> bool:
-    """Return whether a step has this name."""
-    return name in _STEPS
-
-
-def components_of(step: str) -> tuple[str, ...]:
-    """Return the components of a step."""
-    return _STEPS[step]
-
-
-def load(step: str) -> None:
-    """Load the kernels of a step, for both kinds of damping; compile those that are not cached.
-
-    Raises
-    ------
-    ValueError
-        There is no step of this name.
-    """
-    if not is_step(step):
-        raise ValueError(f"no step is called {step}")
-    for component in components_of(step):
+def load(components: Iterable[str]) -> None:
+    """Load the kernels of components, for both kinds of damping; compile those that are not cached."""
+    for component in components:
         _load_component(component)
 
 
@@ -170,4 +138,4 @@ def compile_components(components: Iterable[str]) -> None:
 
 
 if __name__ == "__main__":
-    compile_components(sys.argv[1:] or dict.fromkeys(component for step in STEPS for component in components_of(step)))
+    compile_components(sys.argv[1:] or _FIRST)

@@ -6,35 +6,34 @@ import atexit
 import json
 import os
 import queue
+import signal
 import subprocess
+import sys
 import tempfile
 import threading
 from pathlib import Path
 from typing import IO, Any
 
-from grazemap import constants
+from grazemap import constants, running_stacks
 from grazemap.client import Client
-from grazemap.errors import StackError
+from grazemap.errors import GrazemapError, StackError
 from grazemap.server_command import stack_command
 from grazemap.start_display import StartDisplay, ready_line, start_display
 
 _LOG_LINES_SHOWN = 20
-# Settings of a public service that do not fit a private stack: API keys (its client has none), allowed hosts and
-# origins, and the address or the socket to listen on.
-_NOT_INHERITED = frozenset(
-    f"GRAZEMAP_{name}" for name in ("API_KEYS", "API_KEYS_FILE", "ALLOWED_HOSTS", "CORS_ORIGINS", "HOST", "PORT", "FD")
-)
+# Seconds that a stack of another process has to answer.
+_JOIN_TIMEOUT = 2.0
 
 
 class LocalClient(Client):
-    """A `Client` of a private stack; closing it stops the stack."""
+    """A `Client` of a stack on this machine; closing it stops the stack, unless another process uses it too."""
 
-    def __init__(self, stack: LocalStack) -> None:
+    def __init__(self, stack: LocalStack | JoinedStack) -> None:
         super().__init__(stack.url)
         self._stack = stack
 
     def close(self) -> None:
-        """Close the connections and stop the stack, which removes its temporary data."""
+        """Close the connections and stop the stack, unless another process uses it; then leave it."""
         try:
             super().close()
         finally:
@@ -42,7 +41,11 @@ class LocalClient(Client):
 
 
 def local(data: str | os.PathLike[str] | None = None, workers: int | None = None) -> LocalClient:
-    """Start service, queue and workers on a free loopback port, and return a client of them.
+    """Return a client of a stack of this user that runs already, or else start one on a free loopback port.
+
+    Without arguments, a stack of the same version, installation and settings is joined, whether `grazemap up` or
+    another process has started it; a line says so. It lives as long as a process uses it. GRAZEMAP_LOCAL=own, or an
+    argument, forbids that.
 
     The first start on a machine begins to compile the kernels; a job waits until the kernels that it needs are ready.
     On a terminal, or below a notebook's cell, a line says what the start waits for, and is removed when the stack is
@@ -61,8 +64,8 @@ def local(data: str | os.PathLike[str] | None = None, workers: int | None = None
     Returns
     -------
     LocalClient
-        Use it in a `with` block, or close it, to stop everything that was started. The end of this process, even if it
-        is killed, has the same effect.
+        Use it in a `with` block, or close it, to stop everything that was started, unless another process has joined
+        it. The end of this process, even if it is killed, has the same effect.
 
     Raises
     ------
@@ -71,7 +74,44 @@ def local(data: str | os.PathLike[str] | None = None, workers: int | None = None
     StackError
         The stack did not start; the message ends with its log's last lines.
     """
-    return LocalClient(LocalStack(data, workers))
+    joined = joined_stack() if data is None and workers is None else None
+    return LocalClient(joined or LocalStack(data, workers))
+
+
+class JoinedStack:
+    """A stack of another process, which this process uses too.
+
+    Attributes
+    ----------
+    url : str
+        The address of its service.
+    """
+
+    def __init__(self, membership: running_stacks.Membership) -> None:
+        self.url, self._membership = membership.url, membership
+        atexit.register(self.stop)
+
+    def stop(self) -> None:
+        """Leave the stack, which ends when its owner and all who joined it have left. Idempotent."""
+        atexit.unregister(self.stop)
+        self._membership.close()
+
+
+def joined_stack(quiet: bool = False) -> JoinedStack | None:
+    """Return a stack that runs already and answers; None if there is none, or GRAZEMAP_LOCAL=own forbids joining."""
+    if os.environ.get("GRAZEMAP_LOCAL") == "own":
+        return None
+    for membership in running_stacks.memberships():
+        with Client(membership.url, timeout=_JOIN_TIMEOUT, retries=0) as probe:
+            try:
+                probe.status()
+            except GrazemapError:
+                membership.close()
+                continue
+        if not quiet:
+            sys.stderr.write(f"grazemap: using the stack at {membership.url} (GRAZEMAP_LOCAL=own starts another one)\n")
+        return JoinedStack(membership)
+    return None
 
 
 class LocalStack:
@@ -99,7 +139,10 @@ class LocalStack:
         timeout: float = constants.LOCAL_START_TIMEOUT,
         quiet: bool = False,
     ) -> None:
-        options = ["--host", "127.0.0.1", "--port", "0", "--talk", "--die-with-parent", str(os.getpid())]
+        options = ["--host", "127.0.0.1", "--port", "0", "--talk"]
+        if data is not None or workers is not None:
+            options.append("--unannounced")
+        options += ["--die-with-parent", str(os.getpid())]
         if workers is not None:
             options += ["--workers", str(workers)]
         # without a folder the stack uses a temporary one, which it removes even if this process is killed
@@ -117,6 +160,7 @@ class LocalStack:
             env=_environment(),
             start_new_session=True,
         )
+        self._announcement: Path | None = None
         atexit.register(self.stop)
         try:
             self.url = self._await_ready(timeout, start_display(quiet))
@@ -141,7 +185,9 @@ class LocalStack:
                 code = self._process.wait(constants.LOCAL_STOP_TIMEOUT)
                 raise StackError(f"the stack ended with exit code {code} before it was ready{self._log_tail()}")
             ready: Any = json.loads(line)
-            return str(ready["url"])
+            url = str(ready["url"])
+            self._announcement = Path(ready["announcement"]) if ready.get("announcement") else None
+            return url
         except (ValueError, KeyError, TypeError, subprocess.TimeoutExpired) as error:
             raise StackError(f"the stack did not print its address{self._log_tail()}") from error
 
@@ -151,9 +197,14 @@ class LocalStack:
         return "\n" + "\n".join(lines) if lines else ""
 
     def stop(self) -> None:
-        """Stop the stack; it removes its temporary data. Idempotent."""
+        """Stop the stack, or have it end after the processes that have joined it; it removes its temporary data.
+
+        Idempotent.
+        """
         atexit.unregister(self.stop)
-        if self._process.poll() is None:
+        if self._process.poll() is None and self._announcement and not running_stacks.withdraw(self._announcement):
+            self._process.send_signal(signal.SIGUSR1)
+        elif self._process.poll() is None:
             self._process.terminate()
             try:
                 self._process.wait(constants.LOCAL_STOP_TIMEOUT)
@@ -168,7 +219,7 @@ class LocalStack:
 def _environment() -> dict[str, str]:
     """Return this process's environment without the settings of a public service."""
     # Compared in upper case, as the case of the service's settings does not matter.
-    return {name: value for name, value in os.environ.items() if name.upper() not in _NOT_INHERITED}
+    return {name: value for name, value in os.environ.items() if name.upper() not in running_stacks.OF_SERVICE}
 
 
 def _put_ready_line(stream: IO[bytes], lines: queue.Queue[bytes], display: StartDisplay) -> None:

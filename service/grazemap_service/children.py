@@ -17,8 +17,8 @@ from typing import IO
 import structlog
 
 from grazemap_worker.liveness import Liveness
-from grazemap_worker.parent_death import tied
 from grazemap_worker.restarts import Restarts
+from grazemap_worker.system import tied
 from grazemap_worker.watchdog import WatchdogSocket
 
 # Maximum seconds between two signs of life of a child. Children send a sign every two seconds (INTERVAL_SECONDS of the

@@ -14,10 +14,10 @@ from pydantic import Field, SecretStr, field_validator
 from pydantic_settings import NoDecode
 
 from grazemap_service import keys
-from grazemap_worker.machine_memory import machine_memory
 from grazemap_worker.redis_settings import RedisSettings
 from grazemap_worker.settings import WorkerSettings
 from grazemap_worker.store.store import DEFAULT_RESULT_BYTES
+from grazemap_worker.system import machine_memory
 
 LOOPBACK_HOSTS = ("localhost", "127.0.0.1", "[::1]")
 

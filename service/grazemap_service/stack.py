@@ -1,9 +1,9 @@
 """`python -m grazemap_service.stack`: the whole product on one machine.
 
 It starts, watches and restarts an embedded Redis, the HTTP service and the workers, and ends all of them when it ends.
-When requests can be answered it prints one line of JSON on stdout, {"url": ..., "pid": ...}; with --talk, also lines
-{"starting": ...} before it, once a second. Everything that must last lies in the data folder; without one, a temporary
-folder is used and removed at the end.
+When requests can be answered it prints one line of JSON on stdout, {"url": ..., "pid": ..., "announcement": ...}; with
+--talk, also lines {"starting": ...} before it, once a second. Everything that must last lies in the data folder;
+without one, a temporary folder is used and removed at the end.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from pydantic import ValidationError
 from redis.exceptions import RedisError
 
 from grazemap.module_command import module_command
+from grazemap.running_stacks import Announcement, announce, withdraw
 from grazemap_service.append_only import StorageError
 from grazemap_service.children import Child, PythonChild
 from grazemap_service.redis_server import MAX_SOCKET_PATH, NoRedisError, RedisServer
@@ -35,8 +36,10 @@ from grazemap_service.settings import StackSettings
 from grazemap_service.storage import REDIS, locked, opened_lock
 from grazemap_service.temporary import TemporaryFolder, remove_abandoned
 from grazemap_worker import logs
+from grazemap_worker.environment import usable_cache_dir
 from grazemap_worker.redis_settings import USAGE_ERROR, RedisSettings, refusal_text
 from grazemap_worker.store import Store, connect
+from grazemap_worker.system import not_kept
 from grazemap_worker.watchdog import WatchdogSocket
 
 _POLL_SECONDS = 0.1
@@ -99,6 +102,11 @@ class ServiceStack:
         variables = own_variables(os.environ)
         keys = {name: value for name, value in variables.items() if name.startswith("GRAZEMAP_API_KEY")}
         environment = {name: value for name, value in variables.items() if name not in keys}
+        if usable_cache_dir() is None:
+            self._log.warning("kernels are kept in the data folder, as the user's home cannot be written")
+            environment["GRAZEMAP_CACHE_DIR"] = str(data / "kernels")
+        for limit in not_kept():
+            self._log.warning("a limit is not kept on this system", limit=limit)
         self._allowed_host = environment.get("GRAZEMAP_ALLOWED_HOSTS", "").split(",")[0].strip()
         self._children: list[Child] = []
         if not environment.get("GRAZEMAP_REDIS_URL"):
@@ -261,35 +269,52 @@ def _settings(kind: type[S], **options: Any) -> S:
         raise StackStartError(refusal_text(error)) from None
 
 
-def _end(parent: int | None) -> Callable[[], bool]:
-    """Return a function that returns whether the stack should stop: after a signal, or after the end of its parent."""
-    signals: list[int] = []
+class _End:
+    """Whether the stack should stop: after a signal, or when neither its parent nor a process that joined it uses it.
 
-    def note(number: int, _frame: FrameType | None) -> None:
-        signals.append(number)
+    The parent leaves it by its end, or by SIGUSR1.
+    """
 
-    for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
-        signal.signal(number, note)
-    # Polled, because PR_SET_PDEATHSIG would fire when the thread that started this process ends.
-    return lambda: bool(signals) or (parent is not None and os.getppid() != parent)
+    def __init__(self, parent: int | None) -> None:
+        self._parent, self._asked, self._left = parent, False, False
+        for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGUSR1):
+            signal.signal(number, self._note)
+
+    def _note(self, number: int, _frame: FrameType | None) -> None:
+        self._asked |= number != signal.SIGUSR1
+        self._left |= number == signal.SIGUSR1
+
+    def __call__(self, announcement: Announcement | None = None) -> bool:
+        # Polled, because PR_SET_PDEATHSIG would fire when the thread that started this process ends.
+        self._left |= self._parent is not None and os.getppid() != self._parent
+        return self._asked or (self._left and (announcement is None or withdraw(announcement.path)))
 
 
-def run(stack: ServiceStack, ended: Callable[[], bool], ready_file: Path | None, talks: bool = False) -> None:
+def run(
+    stack: ServiceStack,
+    ended: Callable[[Announcement | None], bool],
+    ready_file: Path | None,
+    talks: bool = False,
+    announces: bool = True,
+) -> None:
     """Start the stack, print when it is ready, restart ended children, and stop the stack when asked.
 
-    With `talks`, a line of JSON, {"starting": ...}, is printed every second until it is ready. Raises StackStartError.
+    With `talks`, a line of JSON, {"starting": ...}, is printed every second until it is ready. With `announces`, other
+    processes may join the stack. Raises StackStartError.
     """
     talk = _Talk(stack) if talks else None
-    announced = False
+    announced, announcement = False, None
     try:
         if talk:
             talk()
         stack.start(talk)
-        while not ended():
+        while not ended(announcement):
             stack.look_after()
             if not announced and stack.ready():
                 announced = True
-                line = json.dumps({"url": stack.url, "pid": os.getpid()})
+                announcement = announce(stack.url) if announces else None
+                path = str(announcement.path) if announcement else None
+                line = json.dumps({"url": stack.url, "pid": os.getpid(), "announcement": path})
                 if ready_file is not None:
                     ready_file.write_text(line + "\n", "utf-8")
                 print(line, flush=True)  # noqa: T201 - the one line that the starting process reads
@@ -297,6 +322,8 @@ def run(stack: ServiceStack, ended: Callable[[], bool], ready_file: Path | None,
                 talk()
             time.sleep(_POLL_SECONDS)
     finally:
+        if announcement is not None:
+            announcement.close()
         stack.stop()
         if announced and ready_file is not None:
             ready_file.unlink(missing_ok=True)
@@ -337,16 +364,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
         help="stop when the parent process (this one, of id PID) ends",
     )
     parser.add_argument("--talk", action="store_true", help='print {"starting": ...} every second until it is ready')
+    parser.add_argument("--unannounced", action="store_true", help="have no other process use the stack")
     parser.add_argument("--verbose", action="store_true", help="say more than warnings on stderr")
     options = parser.parse_args(arguments)
     logs.configure("INFO" if options.verbose else "WARNING")
 
-    ended = _end(options.die_with_parent)
+    ended = _End(options.die_with_parent)
     remove_abandoned()
     temporary = None if options.data else TemporaryFolder("data")
     data = temporary.path if temporary else options.data.resolve()
     try:
-        run(ServiceStack(options.host, options.port, data, options.workers), ended, options.ready_file, options.talk)
+        stack = ServiceStack(options.host, options.port, data, options.workers)
+        run(stack, ended, options.ready_file, options.talk, not options.unannounced)
     except (StackStartError, StorageError, NoRedisError) as error:
         if not ended():  # it was asked to end while it waited to start
             sys.stderr.write(f"grazemap: {error}\n")

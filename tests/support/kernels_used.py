@@ -16,6 +16,7 @@ from typing import Any
 
 from grazemap.wire import parse_request
 from grazemap_core import kernel_folder, warmup
+from grazemap_worker.planning.kernel_steps import components_of
 from grazemap_worker.processes import IMPLEMENTATIONS, kernels_of
 from grazemap_worker.supervision.kernels import import_core
 from tests.support.sdk_documents import REQUESTS
@@ -72,7 +73,7 @@ def main() -> None:
     for step, those in requests.items():
 
         def run_step(step: str = step, those: Any = those) -> None:
-            warmup.load(step)
+            warmup.load(components_of(step))
             import_core()
             had = kernel_folder._used | sys.modules.keys()
             for name, process, request in those:

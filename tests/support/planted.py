@@ -22,7 +22,7 @@ from numba.core.registry import cpu_target
 import grazemap_core.errors  # noqa: F401 - which a tile would load
 from grazemap.codec import Document
 from grazemap.wire import UnfoldingMapsRequest, grid_values
-from grazemap_worker import logs, tasks
+from grazemap_worker import computation, logs
 from grazemap_worker.numerics import Numerics
 from grazemap_worker.planning import Plan, Tile
 from grazemap_worker.processes import Process
@@ -110,7 +110,7 @@ def supervise(
         assert hasattr(import_module(f"grazemap_worker.{module}"), name)
         setattr(import_module(f"grazemap_worker.{module}"), name, value)
     logs.configure("INFO")
-    tasks.IMPLEMENTATIONS = {"unfolding-maps": planted(mode)}
+    computation.IMPLEMENTATIONS = {"unfolding-maps": planted(mode)}
     settings = WorkerSettings(redis_url=redis_url, workers=workers, result_bytes=1 << 20)
     kernels = Kernels(())
     kernels.ready |= INFO.kernels

@@ -1,4 +1,4 @@
-"""The surroundings of a process that computes: its threads, its cores, and its folder for compiled kernels.
+"""The surroundings of a process that computes: its threads, and its folder for compiled kernels.
 
 Parallelism comes from processes with one thread each: threads of OpenMP do not survive a fork, and the bytes of a
 result must not depend on the number of cores.
@@ -18,11 +18,26 @@ def one_thread() -> None:
     os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
 
 
-def available_cores() -> int:
-    """Return how many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 def default_cache_dir() -> Path:
-    """Return the default folder for compiled kernels: in XDG_CACHE_HOME, else in ~/.cache."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "grazemap"
+    """Return the default folder for compiled kernels: in XDG_CACHE_HOME, else in ~/.cache.
+
+    Raises RuntimeError where the home of the user is not known.
+    """
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()) / "grazemap"
+
+
+def usable_cache_dir() -> Path | None:
+    """Return the folder for compiled kernels: GRAZEMAP_CACHE_DIR, else the default one.
+
+    None where the home of the user is not known, or cannot be written.
+    """
+    # the case of names does not matter, as in the settings
+    chosen = next((value for name, value in os.environ.items() if name.upper() == "GRAZEMAP_CACHE_DIR"), "")
+    if chosen:
+        return Path(chosen)
+    try:
+        folder = default_cache_dir()
+        folder.mkdir(parents=True, exist_ok=True)
+    except (OSError, RuntimeError):
+        return None
+    return folder if os.access(folder, os.W_OK) else None

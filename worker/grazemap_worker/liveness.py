@@ -8,10 +8,9 @@ message, an answer, or a value in shared memory.
 from __future__ import annotations
 
 import math
-import os
 import time
-from pathlib import Path
-from typing import NamedTuple
+
+from grazemap_worker.system import children_seconds, process_stat
 
 # Seconds without progress after which a process counts as hung. A process makes no progress while it is stopped, and
 # while it computes and uses no processor time.
@@ -19,35 +18,6 @@ HUNG_SECONDS = 10.0
 # At most this many seconds are counted between two looks. There may be more when the watching process, or the machine,
 # was itself stopped.
 _MAX_PAUSE_SECONDS = 3.0
-_TICK = 1.0 / os.sysconf("SC_CLK_TCK")
-
-
-class ProcessStat(NamedTuple):
-    """The state and the processor time of a process, from the operating system."""
-
-    state: str
-    """The letter of its state."""
-    cpu_seconds: float
-    """Its processor time."""
-
-
-def process_stat(pid: int) -> ProcessStat | None:
-    """Return state and processor time of a process; None if it does not exist, or on other systems than Linux."""
-    try:
-        # the name, in brackets, may have spaces
-        fields = Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")[2].split()
-    except OSError:
-        return None
-    return ProcessStat(fields[0].decode(), (int(fields[11]) + int(fields[12])) * _TICK)
-
-
-def children_seconds(pid: int) -> float:
-    """Return the processor time of the living children of a process's main thread (Linux; elsewhere 0)."""
-    try:
-        children = Path(f"/proc/{pid}/task/{pid}/children").read_text("ascii").split()
-    except OSError:
-        return 0.0
-    return sum(child.cpu_seconds for child in map(process_stat, map(int, children)) if child is not None)
 
 
 class Stopwatch:

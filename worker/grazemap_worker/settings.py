@@ -7,10 +7,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from grazemap_worker.environment import available_cores, default_cache_dir
-from grazemap_worker.machine_memory import machine_memory
+from grazemap_worker.environment import default_cache_dir
 from grazemap_worker.redis_settings import RedisSettings
 from grazemap_worker.store.store import DEFAULT_RESULT_BYTES
+from grazemap_worker.system import available_cores, machine_memory
 
 # A worker renews its lease about once a second. The tiles of a killed worker become free when its supervisor notices
 # this, at the latest when the lease runs out.

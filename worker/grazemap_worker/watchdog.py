@@ -9,10 +9,11 @@ from __future__ import annotations
 import os
 import socket
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+
+from grazemap_worker.system import thread_seconds
 
 VARIABLE = "NOTIFY_SOCKET"
 MESSAGE = b"WATCHDOG=1"
@@ -56,13 +57,11 @@ def beating() -> Iterator[None]:
 
     Call this from the main thread.
     """
-    # not every system has a clock for each thread
-    clock = getattr(time, "pthread_getcpuclockid", lambda _: time.CLOCK_PROCESS_CPUTIME_ID)(threading.get_ident())
-    last = -1.0
+    thread, last = threading.get_ident(), -1.0
 
     def beat_if_time_was_used() -> None:
         nonlocal last
-        before, last = last, time.clock_gettime(clock)
+        before, last = last, thread_seconds(thread)
         if last > before:
             beat()
 

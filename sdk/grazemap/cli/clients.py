@@ -9,14 +9,17 @@ from grazemap import constants
 from grazemap.cli.exit_codes import InvalidCommand
 from grazemap.client import Client
 from grazemap.errors import GrazemapError
-from grazemap.local_stack import LocalClient, LocalStack
+from grazemap.local_stack import LocalClient, LocalStack, joined_stack
 
 # Seconds that a service on this machine has to answer.
 _PROBE_TIMEOUT = 2.0
 
 
 def service_or_stack(url: str | None, quiet: bool) -> Client:
-    """Return a client of the service at an address, else of one at the default address, else of a temporary stack."""
+    """Return a client of the service at an address, else of one at the default address, else of a stack.
+
+    The stack is one of this user that runs already (`joined_stack`), or a temporary one.
+    """
     if url or os.environ.get("GRAZEMAP_URL"):
         return client_of(url)
     with Client(timeout=_PROBE_TIMEOUT, retries=0) as probe:
@@ -25,7 +28,7 @@ def service_or_stack(url: str | None, quiet: bool) -> Client:
         except GrazemapError:
             running = False
     if not running:
-        return LocalClient(LocalStack(quiet=quiet))
+        return LocalClient(joined_stack(quiet) or LocalStack(quiet=quiet))
     if not quiet:
         print(f"grazemap: using the service at {constants.DEFAULT_BASE_URL}", file=sys.stderr)
     return Client()

@@ -40,6 +40,8 @@ class _Parser(argparse.ArgumentParser):
 
 # The commands that are not processes: the modules that add their arguments, and what the commands do.
 _OTHERS = {
+    "tile": ("tile_commands", "compute a tile of a plan"),
+    "assemble": ("tile_commands", "join the tiles of a plan to its result"),
     "up": ("up_command", "run a service with its workers on this machine"),
     "status": ("status_command", "show a running service and its jobs"),
     "repair": ("storage_commands", "cut off the damaged end of an append-only file"),
@@ -50,6 +52,13 @@ _OTHERS = {
     "schema": ("result_commands", "print the JSON schema of a request"),
     "check": ("check_command", "verify the certificate of a proof"),
     "completion": ("completion_command", "print the completion script of a shell"),
+}
+
+
+# The commands that are followed by a process.
+_OF_PROCESSES = {
+    "run": "compute a process; the same as its own command",
+    "plan": "cut a computation into tiles",
 }
 
 
@@ -67,8 +76,9 @@ def parser(named: Collection[str] | None = None) -> argparse.ArgumentParser:
     top.add_argument("--version", action="version", version=f"grazemap {__version__}")
     commands = top.add_subparsers(title="commands", required=True, metavar="COMMAND")
     _add_processes(commands, named)
-    run = commands.add_parser("run", help="compute a process; the same as its own command")
-    _add_processes(run.add_subparsers(required=True, metavar="PROCESS"), named)
+    for name, what in _OF_PROCESSES.items():
+        command = commands.add_parser(name, help=what)
+        _add_processes(command.add_subparsers(required=True, metavar="PROCESS"), named, plans=name == "plan")
     for name, (module, what) in _OTHERS.items():
         added = commands.add_parser(name, help=what)
         if named is None or name in named:
@@ -76,14 +86,14 @@ def parser(named: Collection[str] | None = None) -> argparse.ArgumentParser:
     return top
 
 
-def _add_processes(commands: Any, named: Collection[str] | None) -> None:
+def _add_processes(commands: Any, named: Collection[str] | None, plans: bool = False) -> None:
     """Add a command for each process."""
     for process, summary in SUMMARIES.items():
         options: dict[str, Any] = {}
         if named is None or process in named:
             from grazemap.cli import process_commands
 
-            options = process_commands.options_of_parser(process)
+            options = process_commands.options_of_parser(process, plans)
         commands.add_parser(process, help=summary, **options)
 
 
@@ -94,7 +104,7 @@ def parsed(arguments: Sequence[str]) -> argparse.Namespace:
     reports them together with the errors of its request.
     """
     words = _with_hyphens(arguments)
-    top = parser(words[: 2 if words[:1] == ["run"] else 1])
+    top = parser(words[: 2 if words[:1] and words[0] in _OF_PROCESSES else 1])
     command = _command(top, words)
     words, errors_of_switches = _without_switch_values(_with_negative_values(words), command)
     options, unknown = top.parse_known_args(words)
@@ -110,7 +120,7 @@ def parsed(arguments: Sequence[str]) -> argparse.Namespace:
 
 def _with_hyphens(arguments: Sequence[str]) -> list[str]:
     """Return the arguments with hyphens for underscores in the names of commands, processes and flags."""
-    name_count = 2 if arguments[:1] in (["run"], ["schema"]) else 1
+    name_count = 2 if arguments[:1] and arguments[0] in (*_OF_PROCESSES, "schema") else 1
     parts = [
         text.partition("=") if text.startswith("--") or place < name_count else ("", "", text)
         for place, text in enumerate(arguments)

@@ -13,6 +13,7 @@ from grazemap.cli import files
 from grazemap.cli.command_request import CommandRequest
 from grazemap.cli.exit_codes import DONE, NOT_FOUND, InvalidCommand, fail
 from grazemap.cli.flags import flags_of
+from grazemap.wire import ProcessRequest
 
 
 def compute(options: argparse.Namespace) -> int:
@@ -26,18 +27,10 @@ def compute(options: argparse.Namespace) -> int:
         files.check_output(name, path, suffixes)
         if path.suffix in files.PICTURES:
             files.check_drawn(options.process)
-    fields = _request(options.json) if options.json is not None else {}
-    values = vars(options)
-    # the texts of the flags that are used, by the places of their fields in the request: ("oscillator", "masses")
-    texts = {flag.place: values[flag.pointer] for flag in flags_of(options.process) if flag.pointer in values}
-    # `parsed` has put the errors of the flags into the options
-    command_request = CommandRequest(options.process, fields, texts, options.errors)
+    command_request = request_of(options)
     with command_request.naming_flags():
         request = command_request.validated()
-        from grazemap.cli.clients import service_or_stack  # a wrong request is reported without the client
-
-        with closing(service_or_stack(options.url, options.quiet)) as client:
-            result = client.submit(options.process, request).wait(progress=not options.quiet).result()
+        result = _result(request, options)
     from grazemap.cli.result_commands import describe
     from grazemap.results import OrbitBranch, PeriodicOrbit
 
@@ -50,6 +43,32 @@ def compute(options: argparse.Namespace) -> int:
     ):
         return fail(f"no periodic orbit was found: {result.reason}", NOT_FOUND)
     return DONE
+
+
+def request_of(options: argparse.Namespace) -> CommandRequest:
+    """Return the request of a command, from its flags and --json."""
+    fields = _request(options.json) if options.json is not None else {}
+    values = vars(options)
+    # the texts of the flags that are used, by the places of their fields in the request: ("oscillator", "masses")
+    texts = {flag.place: values[flag.pointer] for flag in flags_of(options.process) if flag.pointer in values}
+    # `parsed` has put the errors of the flags into the options
+    return CommandRequest(options.process, fields, texts, options.errors)
+
+
+def _result(request: ProcessRequest, options: argparse.Namespace) -> Any:
+    """Return the result of a request, from a service or without it."""
+    # a wrong request is reported without these
+    if options.direct or options.checkpoint is not None:
+        if options.url is not None:
+            raise InvalidCommand("--url is the address of a service, and --direct and --checkpoint use none")
+        from grazemap.client.direct import direct
+
+        with direct() as client:
+            return client.compute(options.process, request, progress=not options.quiet, checkpoint=options.checkpoint)
+    from grazemap.cli.clients import service_or_stack
+
+    with closing(service_or_stack(options.url, options.quiet)) as client:
+        return client.submit(options.process, request).wait(progress=not options.quiet).result()
 
 
 def _request(source: Path) -> dict[str, Any]:

@@ -19,11 +19,11 @@ _SI_EXAMPLE = (
 
 
 @cache
-def options_of_parser(process: str) -> dict[str, Any]:
-    """Return the options with which the parser of a process is made."""
+def options_of_parser(process: str, plans: bool = False) -> dict[str, Any]:
+    """Return the options with which the parser of a process is made: one that computes it, or plans it."""
     operation = PROCESSES[process].operation
     return {
-        "parents": [_arguments(process)],
+        "parents": [_arguments(process, plans)],
         "usage": "%(prog)s [FLAGS]",
         "formatter_class": argparse.RawDescriptionHelpFormatter,
         "description": operation.description,
@@ -37,17 +37,28 @@ def _compute(options: argparse.Namespace) -> int:
     return compute(options)
 
 
-def _arguments(process: str) -> argparse.ArgumentParser:
+def _plan(options: argparse.Namespace) -> int:
+    from grazemap.cli.tile_commands import plan
+
+    return plan(options)
+
+
+def _arguments(process: str, plans: bool) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(add_help=False)
-    parser.set_defaults(command=_compute, computes=True, process=process)
+    parser.set_defaults(command=_plan if plans else _compute, computes=True, process=process)
     add_flags(parser, process)
-    group = parser.add_argument_group("source, result and service")
+    group = parser.add_argument_group("source and folder" if plans else "source, result and service")
     group.add_argument(
         "--json",
         type=Path,
         metavar="FILE",
         help="the request as JSON, whose fields flags override; - reads standard input",
     )
+    if plans:
+        group.add_argument(
+            "-o", "--output", type=Path, metavar="FOLDER", required=True, help="folder for the request and its tiles"
+        )
+        return parser
     group.add_argument(
         "-o", "--output", type=Path, metavar="FILE", help="file of the result: .npz, .json, .png, .svg or .pdf"
     )
@@ -55,6 +66,15 @@ def _arguments(process: str) -> argparse.ArgumentParser:
     group.add_argument(
         "--url",
         help="address of a service (default: GRAZEMAP_URL, else a service on this machine, else a temporary stack)",
+    )
+    group.add_argument(
+        "--direct", action="store_true", help="compute with processes of this command, without a service"
+    )
+    group.add_argument(
+        "--checkpoint",
+        type=Path,
+        metavar="FOLDER",
+        help="keep finished tiles here, and go on from those that are here; without a service",
     )
     group.add_argument("--quiet", action="store_true", help="no progress bar, and no lines on what the job waits for")
     return parser

@@ -5,24 +5,21 @@ from __future__ import annotations
 import os
 from collections.abc import AsyncGenerator, Iterable, Mapping
 from concurrent.futures import Executor
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Self, TypeVar, cast
 
 from grazemap.client.blocking import blocking
 from grazemap.client.events import Event
-from grazemap.client.messages import merged_notes, require_success, warn_about
+from grazemap.client.messages import merged_notes, result_of, warn_about
 from grazemap.client.methods import AsyncMethods, Methods
 from grazemap.client.progress import ProgressListener
-from grazemap.errors import GrazemapError, JobError, MissingExtra
-from grazemap.results import Result, decode_result
+from grazemap.errors import GrazemapError, JobError
+from grazemap.results import Result
+from grazemap.server_command import worker_module
 from grazemap.validation import validated, validated_each
-from grazemap.version import __version__
-from grazemap.wire import Forecast, Job, Problem, ProcessRequest, canonical_id, notes_on, unstated
+from grazemap.wire import Forecast, ProcessRequest, notes_on, unstated
 
 R = TypeVar("R", bound=Result)
-_PARTS = ("numba", "scipy", "loky", "threadpoolctl", "structlog")
 
 
 class AsyncDirectClient(AsyncMethods):
@@ -42,7 +39,7 @@ class AsyncDirectClient(AsyncMethods):
     """
 
     def __init__(self, executor: Executor | None = None) -> None:
-        self._direct = _worker_module("direct").Direct(executor)
+        self._direct = worker_module("direct").Direct(executor)
 
     async def compute(
         self,
@@ -87,7 +84,7 @@ class AsyncDirectClient(AsyncMethods):
         folder = None if checkpoint is None else Path(checkpoint).expanduser()
         with ProgressListener(request.operation.process, progress) as listener:
             outcome = self._direct.compute(request, lambda name, data: listener(Event("", name, data)), folder)
-        return _result(request, outcome)
+        return result_of(request, outcome)
 
     async def map(
         self,
@@ -119,7 +116,7 @@ class AsyncDirectClient(AsyncMethods):
         warn_about(merged_notes([note for request in models for note in (*notes_on(request), *unstated(request))]))
         for request, outcome in zip(models, self._direct.each(models), strict=True):
             try:
-                result: Result | GrazemapError = _result(request, outcome)
+                result: Result | GrazemapError = result_of(request, outcome)
             except JobError as error:
                 if not return_exceptions:
                     raise
@@ -131,7 +128,7 @@ class AsyncDirectClient(AsyncMethods):
         model = validated(process, request)
         notes = [*notes_on(model), *unstated(model)]
         warn_about(notes)
-        plan = _worker_module("processes").IMPLEMENTATIONS[process].plan(model)
+        plan = worker_module("processes").IMPLEMENTATIONS[process].plan(model)
         return Forecast(**plan.estimate.model_dump(), notes=notes)
 
     async def close(self) -> None:
@@ -146,20 +143,3 @@ class DirectClient(Methods):  # noqa: D101 - its docstring is made too
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-
-def _result(request: ProcessRequest, outcome: bytes | Problem) -> Result:
-    """Return the result of a request from its npz. Raises JobFailed for a problem."""
-    if isinstance(outcome, Problem):
-        process, canonical = request.operation.process, request.canonical()
-        job_id = canonical_id(process, canonical, __version__)
-        require_success(Job(id=job_id, process=process, request=canonical, status="failed", problem=outcome))
-    assert isinstance(outcome, bytes)
-    return decode_result(outcome)
-
-
-def _worker_module(name: str) -> Any:
-    """Return a module of the workers. Raises MissingExtra where what it needs is not installed."""
-    if any(find_spec(part) is None for part in _PARTS):
-        raise MissingExtra("a computation without a service", "compute")
-    return import_module(f"grazemap_worker.{name}")

@@ -53,8 +53,10 @@ class DirectClient(Methods):
         ------
         ParameterError, JobFailed
             Values that are not allowed, or that the core cannot compute.
-        GrazemapError
-            The folder is that of another request or version, or the processes of the executor differ.
+        CheckpointError
+            The folder is that of another request, or of another version.
+        ComputationError
+            The processes of the executor end, or compute with different libraries or processors.
         """
     def map(
         self,

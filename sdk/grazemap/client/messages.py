@@ -25,7 +25,9 @@ from grazemap.errors import (
     problem_exception,
     problem_text,
 )
-from grazemap.wire import Job, Note, Problem, ProcessRequest, unstated
+from grazemap.results import Result, decode_result
+from grazemap.version import __version__
+from grazemap.wire import Job, Note, Problem, ProcessRequest, canonical_id, unstated
 
 # Codes of notes without a warning. Maps below the grazing curve are common: the motions with impacts are there. A job
 # that waits for the compilation of kernels only takes longer. The result says what a forcing period is.
@@ -49,6 +51,16 @@ def require_success(job: Job) -> None:
         raise JobFailed(f"job {job.id} failed: {reason}", job)
     if job.status == "dismissed":
         raise JobDismissed(f"job {job.id} was dismissed", job)
+
+
+def result_of(request: ProcessRequest, outcome: bytes | Problem) -> Result:
+    """Return the result of a request that was computed without a service, from its npz. Raises JobFailed."""
+    if isinstance(outcome, Problem):
+        process, canonical = request.operation.process, request.canonical()
+        job_id = canonical_id(process, canonical, __version__)
+        require_success(Job(id=job_id, process=process, request=canonical, status="failed", problem=outcome))
+    assert isinstance(outcome, bytes)
+    return decode_result(outcome)
 
 
 def is_lost(error: NotFound) -> bool:

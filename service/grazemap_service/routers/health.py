@@ -15,6 +15,7 @@ from grazemap_service.context import Context, CurrentContext
 from grazemap_service.metrics import with_zeros
 from grazemap_service.openapi import problem_responses
 from grazemap_worker.store import is_full
+from grazemap_worker.system import not_kept
 
 router = APIRouter(tags=["operations"])
 
@@ -31,6 +32,9 @@ class Readiness(BaseModel):
     status: str = "ready"
     workers: int = Field(description="Live workers of this release, without those for small tiles alone.")
     detail: str = Field(default="", description="Why no worker computes yet; empty while one is alive.")
+    not_kept: list[str] = Field(
+        default_factory=not_kept, description="Limits that the system of the service cannot keep; empty on Linux."
+    )
 
 
 @router.get("/healthz", operation_id="get_health", summary="Liveness")

@@ -26,7 +26,7 @@ from grazemap_service.limits import checked_plan
 from grazemap_service.openapi import SUBMISSION_KINDS, problem_responses
 from grazemap_service.request_body import JsonRoute
 from grazemap_service.routers.results import result_response
-from grazemap_worker.planning.costs import compiling_seconds
+from grazemap_worker.planning.kernel_steps import compiling_seconds, components_of, is_step
 from grazemap_worker.processes import kernels_of
 from grazemap_worker.store import Requester
 from grazemap_worker.store.records import JobEvent
@@ -161,13 +161,12 @@ def _estimate_endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[A
 
 def _compiling_notes(context: Context, process: str, request: ProcessRequest) -> list[Note]:
     """Return a list with a note if kernels must be compiled before the job is computed, else an empty list (blocks)."""
-    kernels = kernels_of(process, request)
-    if not context.store.workers.compiles_first(kernels, context.core_version):
+    kernels, ready = kernels_of(process, request), context.store.workers.kernels(context.core_version)
+    if ready is None or kernels in ready:
         return []
-    detail = (
-        f"kernels are compiled first, usually in about {compiling_seconds(kernels):.0f} s, which the estimate does not "
-        "contain"
-    )
+    compiled = {component for step in ready if is_step(step) for component in components_of(step)}
+    seconds = compiling_seconds(kernels, compiled)
+    detail = f"kernels are compiled first, usually in about {seconds:.0f} s, which the estimate does not contain"
     return [Note(code="compiles-first", detail=detail)]
 
 

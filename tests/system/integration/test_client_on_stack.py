@@ -9,6 +9,8 @@ import os
 import signal
 import subprocess
 import sys
+import time
+from pathlib import Path
 
 import httpx2
 import numpy as np
@@ -219,6 +221,43 @@ def test_the_stack_and_its_folders_end_with_a_killed_parent(tmp_path) -> None:
     _, left = psutil.wait_procs(below, timeout=60)
     assert left == []
     assert list(tmp_path.iterdir()) == []
+
+
+def _answers(url: str) -> bool:
+    try:
+        httpx2.get(f"{url}/healthz")
+    except httpx2.TransportError:
+        return False
+    return True
+
+
+def test_processes_share_a_stack_that_lives_as_long_as_one_of_them_uses_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.delenv("GRAZEMAP_LOCAL")
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setenv("GRAZEMAP_WORKERS", "1")
+    code = (
+        "import grazemap; client = grazemap.local(); print(client.base_url, flush=True); input();"
+        "client.close(); print('closed', flush=True); input()"
+    )
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    with subprocess.Popen([sys.executable, "-c", code], **pipes) as first:
+        url = first.stdout.readline().strip()
+        with grazemap.local() as joined:
+            assert joined.base_url == url
+            assert f"using the stack at {url}" in capsys.readouterr().err
+            first.stdin.write("\n")
+            first.stdin.flush()
+            assert first.stdout.readline() == "closed\n"
+            assert joined.grazing_curve(omega=(0.27, 0.29), points=3, progress=False).omega.size == 3
+        deadline = time.monotonic() + 30
+        while _answers(url) and time.monotonic() < deadline:
+            time.sleep(0.1)
+        assert not _answers(url)
+        first.stdin.write("\n")
+        first.stdin.close()
+    assert list(tmp_path.glob("*/*")) == []
 
 
 @pytest.mark.thorough

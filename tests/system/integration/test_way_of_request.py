@@ -14,10 +14,10 @@ import pytest
 from structlog.testing import capture_logs
 
 from grazemap.wire import UnfoldingMapsRequest
-from grazemap_core.warmup import STEPS
 from grazemap_service.redis_server import RedisServer
 from grazemap_worker.numerics import numerics
 from grazemap_worker.planning import LANE_WEIGHTS
+from grazemap_worker.planning.kernel_steps import FIRST_STEPS
 from grazemap_worker.processes.conversion import core_oscillator
 from grazemap_worker.store import ANONYMOUS, Store, WorkerInfo, core_version
 from grazemap_worker.store.ledger import LANES
@@ -35,7 +35,7 @@ REQUEST = UnfoldingMapsRequest(omega=[0.28, 0.29], clearance=[1.5, 1.6])
 def names(redis_server: RedisServer, store: Store) -> Iterator[dict[str, Any]]:
     """What the examples use besides the names of their own files. The worker computes every tile as a small one."""
     ours = numerics()
-    worker = WorkerInfo("here", ours.fingerprint, core_version(), frozenset(STEPS), small=True)
+    worker = WorkerInfo("here", ours.fingerprint, core_version(), frozenset(FIRST_STEPS), small=True)
     store.workers.renew(worker, 600)
     with capture_logs(), client_of(redis_server) as http, patch.dict(LANES, {True: list(LANE_WEIGHTS)}):
         yield {

@@ -281,12 +281,12 @@ def test_an_estimate_says_that_kernels_are_compiled_first(client: TestClient, st
 
     store.workers.renew(WorkerInfo("w", "f00d", core_version(), frozenset({"curves", "maps"})), 60)
     (detail,) = noted("unfolding-maps", observed)
-    assert detail.startswith("kernels are compiled first, usually in about 65 s")
+    assert detail.startswith("kernels are compiled first, usually in about 47 s")
     assert noted("unfolding-maps", MAP) == []
     assert noted("unfolding-maps", MAP | {"oscillator": chain}) == []
     assert noted("grazing-curves", CURVE | {"oscillator": chain}) == []
     (detail,) = noted("periodic-orbits", ORBIT)
-    assert detail.startswith("kernels are compiled first, usually in about 8 s")
+    assert detail.startswith("kernels are compiled first, usually in about 37 s")
     store.workers.renew(WorkerInfo("w", "f00d", core_version(), frozenset({"curves", "maps", "map_observables"})), 60)
     assert noted("unfolding-maps", observed) == []
 

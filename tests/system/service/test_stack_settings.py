@@ -87,7 +87,7 @@ def test_no_other_thread_runs_while_it_forks(
     for child in stack._children:
         monkeypatch.setattr(child, "start", lambda: threads.append(active_count()))
     rounds = iter(range(15))
-    run(stack, lambda: next(rounds, None) is None, None, talks=True)
+    run(stack, lambda _: next(rounds, None) is None, None, talks=True)
     assert threads == [before] * len(stack._children)
     messages = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert len(messages) == 2  # at once, and after a second

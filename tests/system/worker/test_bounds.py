@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from grazemap.wire import GrazingCurvesRequest, Job, UnfoldingMapsRequest
-from grazemap_worker import tasks
+from grazemap_worker import computation, tasks
 from grazemap_worker.planning import Plan
 from grazemap_worker.processes import IMPLEMENTATIONS, Process
 from grazemap_worker.store import BacklogFull, ResultTooLarge, Store, core_version
@@ -67,7 +67,7 @@ def test_a_result_over_the_limit_is_not_sent(store: Store, monkeypatch: pytest.M
 
 def test_a_result_over_the_limit_fails_its_job_at_once(worker: pytest.MonkeyPatch, store: Store) -> None:
     worker.setattr("grazemap_worker.store.records.MAX_RESULT_BYTES", 10)
-    worker.setattr(tasks, "IMPLEMENTATIONS", {"grazing-curves": Process(whole=lambda *_: {"x": np.zeros(9)})})
+    worker.setattr(computation, "IMPLEMENTATIONS", {"grazing-curves": Process(whole=lambda *_: {"x": np.zeros(9)})})
     job = submit(store)
     compute_all(store)
     assert refused(store, job) == ("computation-refused", 422)
@@ -75,7 +75,7 @@ def test_a_result_over_the_limit_fails_its_job_at_once(worker: pytest.MonkeyPatc
 
 @pytest.mark.thorough
 def test_an_error_of_redis_that_will_come_back_is_counted(worker: pytest.MonkeyPatch, store: Store) -> None:
-    worker.setattr(tasks, "IMPLEMENTATIONS", {"grazing-curves": Process(whole=lambda *_: {"x": np.zeros(9)})})
+    worker.setattr(computation, "IMPLEMENTATIONS", {"grazing-curves": Process(whole=lambda *_: {"x": np.zeros(9)})})
     job = submit(store)
     store.redis.set("grazemap:4:results:small", "not a sorted set")
     store.redis.set("grazemap:4:results:large", "not a sorted set")

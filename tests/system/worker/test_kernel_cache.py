@@ -13,22 +13,27 @@ from grazemap_worker.supervision import kernel_cache
 from grazemap_worker.supervision.kernel_cache import UNUSED_SECONDS, mark_used
 
 
-@pytest.fixture(autouse=True)
-def _variable(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("NUMBA_CACHE_DIR", "somewhere")
+def test_the_folder_is_private(tmp_path: Path) -> None:
+    folder = kernel_cache.private_folder(tmp_path)
+    assert folder.parent == tmp_path / "kernels"
+    assert stat.S_IMODE(folder.parent.stat().st_mode) == 0o700
 
 
-def test_the_folder_is_private_and_is_set_for_numba(tmp_path: Path) -> None:
-    folder = kernel_cache.use_folder(tmp_path)
-    assert stat.S_IMODE(folder.stat().st_mode) == 0o700
-    assert os.environ["NUMBA_CACHE_DIR"] == str(folder / "numba")
+def test_one_process_at_a_time_may_compile(tmp_path: Path) -> None:
+    with kernel_cache.one_compiles(tmp_path) as may_begin:
+        assert may_begin()
+        assert may_begin()
+        with kernel_cache.one_compiles(tmp_path) as may_other_begin:
+            assert not may_other_begin()
+    with kernel_cache.one_compiles(tmp_path) as may_begin:
+        assert may_begin()
 
 
 def test_a_link_to_another_folder_is_refused(tmp_path: Path) -> None:
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "kernels").symlink_to(tmp_path / "elsewhere")
     with pytest.raises(kernel_cache.CacheFolderError):
-        kernel_cache.use_folder(tmp_path)
+        kernel_cache.private_folder(tmp_path)
 
 
 def test_folders_that_nobody_has_used_for_long_are_removed_but_not_those_in_use(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ import pytest
 from grazemap.wire import parse_request
 from grazemap_core import kernel_folder, warmup
 from grazemap_worker import liveness
-from grazemap_worker.planning.costs import compiling_seconds
+from grazemap_worker.planning.kernel_steps import FIRST_STEPS, compiling_seconds, components_of, is_step
 from grazemap_worker.processes import kernels_of
 from grazemap_worker.supervision import kernels as kernels_module
 from grazemap_worker.supervision.kernels import Kernels
@@ -29,13 +29,13 @@ USED = "tests.support.kernels_used"
 
 @pytest.fixture
 def loaded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """The steps that were loaded here; nothing is compiled, and processes that should compile sleep."""
+    """What was loaded here, a text for each step; nothing is compiled, and processes that should compile sleep."""
     steps: list[str] = []
     sleeps = [sys.executable, "-c", "import time; time.sleep(60)"]
     popen = subprocess.Popen
     monkeypatch.setattr(kernel_folder, "folder", lambda: tmp_path)
     monkeypatch.setattr(kernel_folder, "_used", set())
-    monkeypatch.setattr(warmup, "load", steps.append)
+    monkeypatch.setattr(warmup, "load", lambda components: steps.append("+".join(components)))
     monkeypatch.setattr(kernels_module.subprocess, "Popen", lambda _, **options: popen(sleeps, **options))
     monkeypatch.setattr(kernels_module, "available_cores", lambda: 2)
     return steps
@@ -45,13 +45,12 @@ def kill(kernels: Kernels, component: str) -> None:
     """Kill the process that compiles a component, and tell of it as a supervisor does."""
     (pid,) = (pid for pid, compiler in kernels._compilers.items() if component in compiler.components)
     os.kill(pid, signal.SIGKILL)
-    kernels.ended(*os.waitpid(pid, 0))
+    kernels.ended(pid, os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]))
 
 
 def end(kernels: Kernels) -> None:
     kernels.stop()
-    for pid in list(kernels._compilers):
-        kernels.ended(*os.waitpid(pid, 0))
+    kernels.look()
 
 
 def test_only_steps_are_compiled(loaded: list[str]) -> None:
@@ -62,7 +61,7 @@ def test_only_steps_are_compiled(loaded: list[str]) -> None:
 
 
 def test_what_two_steps_have_in_common_is_compiled_once(loaded: list[str]) -> None:
-    for component in warmup.components_of("maps"):
+    for component in components_of("maps"):
         kernel_folder.record(component)
     kernels = Kernels(["maps", "diagrams", "apart_maps"])
     assert kernels.advance()
@@ -75,12 +74,12 @@ def test_what_two_steps_have_in_common_is_compiled_once(loaded: list[str]) -> No
 
 
 def test_what_is_cached_is_loaded_at_once_and_no_process_is_started(loaded: list[str]) -> None:
-    for component in {component for step in warmup.STEPS for component in warmup.components_of(step)}:
+    for component in {component for step in FIRST_STEPS for component in components_of(step)}:
         kernel_folder.record(component)
     kernels = Kernels()
     assert kernels.advance()
-    assert loaded == list(warmup.STEPS)
-    assert kernels.ready == set(warmup.STEPS)
+    assert loaded == ["+".join(components_of(step)) for step in FIRST_STEPS]
+    assert kernels.ready == set(FIRST_STEPS)
     assert kernels._compilers == {}
     assert not kernels.advance()
 
@@ -91,13 +90,13 @@ def test_steps_are_ready_one_after_another_while_two_processes_compile(loaded: l
     components = [compiler.components for compiler in kernels._compilers.values()]
     assert components == [["curves", "trajectories", "classification", "orbits"], ["lockstep"]]
     texts = kernels.status_texts()
-    assert texts["curves"] == "kernels for curves, compiling for 0 s (about 5 s usually)"
+    assert texts["curves"] == "kernels for curves, compiling for 0 s (about 6 s usually)"
     assert texts["trajectories"] == "kernels for trajectories, after others"
-    assert texts["maps"] == "kernels for maps, compiling for 0 s (about 40 s usually)"
+    assert texts["maps"] == "kernels for maps, compiling for 0 s (about 34 s usually)"
     kernel_folder.record("curves")  # as the process does
     assert kernels.advance()
     assert kernels.ready == {"curves"} == set(loaded)
-    assert kernels.status_texts()["trajectories"] == "kernels for trajectories, compiling for 0 s (about 9 s usually)"
+    assert kernels.status_texts()["trajectories"] == "kernels for trajectories, compiling for 0 s (about 13 s usually)"
     assert not kernels.advance()
     kernel_folder.record("lockstep")
     assert not kernels.advance()  # a map also needs what names its motions
@@ -131,7 +130,7 @@ def test_what_failed_without_being_killed_is_left_to_loading(loaded: list[str]) 
     (pid,) = kernels._compilers
     os.kill(pid, signal.SIGKILL)
     os.waitpid(pid, 0)
-    kernels.ended(pid, 1 << 8)  # as if it had ended with status 1
+    kernels.ended(pid, 1)  # as if it had failed
     assert kernels.advance()
     assert loaded == ["curves"]
 
@@ -163,7 +162,7 @@ def test_a_process_that_is_stopped_while_it_compiles_is_begun_again(
         kernels.advance()
         pid, status = os.waitpid(stopped, os.WNOHANG)
         if pid:
-            kernels.ended(pid, status)
+            kernels.ended(pid, os.waitstatus_to_exitcode(status))
         return bool(pid)
 
     until(ended)
@@ -179,7 +178,7 @@ def test_kernels_that_cannot_be_loaded_leave_it_to_the_tile_to_say_why(
     def broken(step: str) -> None:
         raise ArithmeticError
 
-    for component in warmup.components_of("maps"):
+    for component in components_of("maps"):
         kernel_folder.record(component)
     monkeypatch.setattr(warmup, "load", broken)
     kernels = Kernels(["maps"])
@@ -213,7 +212,7 @@ def test_every_process_names_a_step() -> None:
     for name, body in REQUESTS.items():
         process = name.partition(" ")[0]
         step = kernels_of(process, parse_request(process, body))
-        assert step in warmup.STEPS
+        assert step in FIRST_STEPS
         assert compiling_seconds(step) > 0.0
 
 
@@ -232,8 +231,8 @@ def test_points_that_share_no_tables_need_a_step_of_their_own(
 ) -> None:
     step = kernels_of(process, parse_request(process, APART | more))
     assert step == expected
-    assert warmup.is_step(step)
-    assert ("apart" in warmup.components_of(step)) is expected.startswith("apart")
+    assert is_step(step)
+    assert ("apart" in components_of(step)) is expected.startswith("apart")
     assert compiling_seconds(step) >= compiling_seconds(step.removeprefix("apart_"))
 
 

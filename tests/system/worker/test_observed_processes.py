@@ -27,11 +27,10 @@ from grazemap.results.observables import variables_of
 from grazemap.validation import validated
 from grazemap.wire import ProcessRequest, canonical_id, parse_request
 from grazemap.wire.observables import OBSERVABLES
-from grazemap_core import warmup
 from grazemap_core.errors import LinearisationError
 from grazemap_core.orbits import simulated_orbits
 from grazemap_core.simulation import observables as core
-from grazemap_worker.planning.costs import compiling_seconds
+from grazemap_worker.planning.kernel_steps import compiling_seconds, is_step
 from grazemap_worker.processes import IMPLEMENTATIONS, kernels_of
 from tests.support.computed import result_of, tiled, whole
 
@@ -188,7 +187,7 @@ def test_what_is_not_asked_for_changes_neither_id_nor_kernels(process: str) -> N
     assert identity(process, asked) == identity(process, parse_request(process, {**body, **turned}))
     assert identity(process, asked) != identity(process, plain)
     step = kernels_of(process, asked)
-    assert warmup.is_step(step)
+    assert is_step(step)
     assert step != kernels_of(process, plain)
     assert compiling_seconds(step) > 0.0
     estimates = [IMPLEMENTATIONS[process].plan(request).estimate.seconds for request in (plain, asked)]

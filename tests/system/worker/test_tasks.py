@@ -16,7 +16,7 @@ import pytest
 from grazemap.codec import Document, decode_npz
 from grazemap.wire import Estimate, GrazingCurvesRequest, Job, UnfoldingMapsRequest, grid_values
 from grazemap_core.errors import ParameterError
-from grazemap_worker import tasks
+from grazemap_worker import computation, tasks
 from grazemap_worker.planning import Plan, Tile
 from grazemap_worker.processes import Process
 from grazemap_worker.processes.conversion import Report
@@ -41,7 +41,7 @@ SMALL = replace(INFO, name="s", small=True)
 def worker(store: Store, monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
     """This process as a worker of planted maps."""
     store.workers.renew(INFO, 60)
-    monkeypatch.setattr(tasks, "IMPLEMENTATIONS", {"unfolding-maps": planted("fast")})
+    monkeypatch.setattr(computation, "IMPLEMENTATIONS", {"unfolding-maps": planted("fast")})
     return monkeypatch
 
 
@@ -82,7 +82,7 @@ def test_the_last_tile_starts_the_assembly_of_the_map(worker: object, store: Sto
 
 @pytest.mark.parametrize("mode", ["busy", "slow"])
 def test_processor_time_of_tiles_and_assembly_is_counted(worker: pytest.MonkeyPatch, store: Store, mode: str) -> None:
-    worker.setattr(tasks, "IMPLEMENTATIONS", {"unfolding-maps": planted(mode)})
+    worker.setattr(computation, "IMPLEMENTATIONS", {"unfolding-maps": planted(mode)})
     job = submit(store)
     compute_all(store)
     done = job_of(store, job.id)
@@ -127,7 +127,7 @@ def test_small_tiles_are_computed_in_the_worker_and_committed_together(
         processes.append(os.getpid())
         return {"x": np.zeros(1)}
 
-    worker.setattr(tasks, "IMPLEMENTATIONS", {"grazing-curves": Process(whole=compute)})
+    worker.setattr(computation, "IMPLEMENTATIONS", {"grazing-curves": Process(whole=compute)})
     jobs = [submit_curve(store, number) for number in range(20)]
     store.redis.config_resetstat()
     watched: list[str] = []
@@ -175,7 +175,7 @@ def test_tiles_share_a_process_until_it_has_worked_for_a_while(
 ) -> None:
     worker.setattr(tasks, "TILE_SECONDS", 2.9 * 2 * BUSY_SECONDS)  # fewer than three tiles, commits included
     maps = noting(tmp_path / "notes", lambda row: compute_for(2 * BUSY_SECONDS))
-    worker.setattr(tasks, "IMPLEMENTATIONS", {"unfolding-maps": maps})
+    worker.setattr(computation, "IMPLEMENTATIONS", {"unfolding-maps": maps})
     job = submit_six(store)
     compute_all(store)
     assert store.jobs.status(job.id) == "successful"
@@ -186,7 +186,7 @@ def test_a_process_goes_on_with_the_next_job(worker: pytest.MonkeyPatch, store: 
     worker.setattr(tasks, "_RENEW_SECONDS", 0.0)  # whether the job is wanted is asked all the time
     worker.setattr(compute_process, "_LOOK_SECONDS", 0.001)
     maps = noting(tmp_path / "notes", lambda row: time.sleep(0.02))
-    worker.setattr(tasks, "IMPLEMENTATIONS", {"unfolding-maps": maps})
+    worker.setattr(computation, "IMPLEMENTATIONS", {"unfolding-maps": maps})
     jobs = [submit_six(store, SIX.model_copy(update={"max_periods": 10 + k})) for k in range(3)]
     compute_all(store)
     assert [store.jobs.status(job.id) for job in jobs] == ["successful"] * 3
@@ -203,7 +203,7 @@ def test_a_tile_after_others_in_its_process_fails_alone(
             (tmp_path / "died").touch()
             os.kill(os.getpid(), signal.SIGKILL)
 
-    worker.setattr(tasks, "IMPLEMENTATIONS", {"unfolding-maps": noting(tmp_path / "notes", die_once)})
+    worker.setattr(computation, "IMPLEMENTATIONS", {"unfolding-maps": noting(tmp_path / "notes", die_once)})
     job = submit_six(store)
     compute_all(store)
     assert store.jobs.status(job.id) == "successful"
@@ -220,7 +220,7 @@ def test_the_limit_of_a_tile_counts_from_its_own_start(
     worker.setattr(tasks, "CPU_FACTOR", 0.0)
     worker.setattr(compute_process, "_LOOK_SECONDS", 0.01)
     maps = noting(tmp_path / "notes", lambda row: compute_for(1.0 if row == 5 else 0.1))
-    worker.setattr(tasks, "IMPLEMENTATIONS", {"unfolding-maps": maps})
+    worker.setattr(computation, "IMPLEMENTATIONS", {"unfolding-maps": maps})
     job = submit_six(store)
     compute_all(store)
     problem = problem_of(store, job.id)
@@ -235,7 +235,7 @@ def test_one_that_fails_among_small_tiles_fails_alone(worker: pytest.MonkeyPatch
             raise ZeroDivisionError
         return {"x": np.zeros(1)}
 
-    worker.setattr(tasks, "IMPLEMENTATIONS", {"grazing-curves": Process(whole=compute)})
+    worker.setattr(computation, "IMPLEMENTATIONS", {"grazing-curves": Process(whole=compute)})
     jobs = [submit_curve(store, number) for number in range(5)]
     compute_all(store, SMALL)
     assert [store.jobs.status(job.id) for job in jobs] == ["successful"] * 2 + ["running"] + ["successful"] * 2
@@ -289,7 +289,7 @@ def test_a_process_that_cannot_go_on_is_tried_again_and_ends_with_a_problem(
         compute()
         return {"x": np.zeros(1)}
 
-    worker.setattr(tasks, "IMPLEMENTATIONS", {"unfolding-maps": Process(whole=whole_map)})
+    worker.setattr(computation, "IMPLEMENTATIONS", {"unfolding-maps": Process(whole=whole_map)})
     job = submit(store, ONE)
     tasks.compute_waiting_tiles(tasks.WorkerContext(store, INFO, NUMERICS, megabytes << 20))
     problem = problem_of(store, job.id)
@@ -302,7 +302,7 @@ def test_a_process_that_cannot_go_on_is_tried_again_and_ends_with_a_problem(
 def test_a_job_is_stopped_at_its_limit_and_at_four_times_its_estimate(
     worker: pytest.MonkeyPatch, store: Store, estimate: float, limit: float, stopped: bool
 ) -> None:
-    worker.setattr(tasks, "IMPLEMENTATIONS", {"unfolding-maps": planted("busy")})
+    worker.setattr(computation, "IMPLEMENTATIONS", {"unfolding-maps": planted("busy")})
     plan = TWO.model_copy(update={"estimate": Estimate(seconds=estimate)})
     # a tile ends before it is looked at, so it is the commit that notices
     worker.setattr(compute_process, "_LOOK_SECONDS", 60.0)
@@ -325,7 +325,7 @@ def test_a_job_is_stopped_at_its_limit_and_at_four_times_its_estimate(
 
 def test_a_running_tile_is_stopped_at_the_limit_of_its_job(worker: pytest.MonkeyPatch, store: Store) -> None:
     process = Process(whole=lambda request, report: compute_for(30.0) or {"x": np.zeros(1)})
-    worker.setattr(tasks, "IMPLEMENTATIONS", {"unfolding-maps": process})
+    worker.setattr(computation, "IMPLEMENTATIONS", {"unfolding-maps": process})
     plan = ONE.model_copy(update={"estimate": Estimate(seconds=0.1)})
     job, _ = submitting.submit(store, "unfolding-maps", REQUEST, core_version(), plan, 100, max_seconds=0.3)
     compute_all(store)
@@ -338,7 +338,7 @@ def test_an_error_of_the_core_is_a_problem_of_the_request(worker: pytest.MonkeyP
     def refuse(request: GrazingCurvesRequest, report: object) -> dict[str, object]:
         raise ParameterError("damping", "must be greater than 0 at a resonance")
 
-    worker.setattr(tasks, "IMPLEMENTATIONS", {"grazing-curves": Process(whole=refuse)})
+    worker.setattr(computation, "IMPLEMENTATIONS", {"grazing-curves": Process(whole=refuse)})
     job = submit_curve(store)
     compute_all(store, SMALL)
     failed = job_of(store, job.id)
@@ -354,7 +354,7 @@ def test_steps_are_reported_while_a_process_counts_them(worker: pytest.MonkeyPat
         report(1, 4)
         return {"x": np.zeros(1)}
 
-    worker.setattr(tasks, "IMPLEMENTATIONS", {"grazing-curves": Process(whole=steps)})
+    worker.setattr(computation, "IMPLEMENTATIONS", {"grazing-curves": Process(whole=steps)})
     job = submit_curve(store, plan=LONG)
     compute_all(store)
     reported = [event.data for event in store.jobs.events(job.id) if event.name == "progress"]
@@ -376,7 +376,7 @@ def counting(*steps: tuple[int, int]) -> Process:
 
 def test_an_assembly_completes_the_steps_after_the_tiles(worker: pytest.MonkeyPatch, store: Store) -> None:
     steps = [(k, 1000) for k in range(1000)]
-    worker.setattr(tasks, "IMPLEMENTATIONS", {"unfolding-maps": counting(*steps)})
+    worker.setattr(computation, "IMPLEMENTATIONS", {"unfolding-maps": counting(*steps)})
     job = submit(store, TWO.model_copy(update={"after": 10}))
     compute_all(store)
     told = [event.data["done"] for event in store.jobs.events(job.id) if event.name == "progress"]
@@ -421,7 +421,7 @@ def test_a_dismissed_job_is_not_computed_further(worker: pytest.MonkeyPatch, sto
         (tmp_path / "reached").touch()
         return {"x": np.zeros(1)}
 
-    worker.setattr(tasks, "IMPLEMENTATIONS", {"grazing-curves": Process(whole=steps)})
+    worker.setattr(computation, "IMPLEMENTATIONS", {"grazing-curves": Process(whole=steps)})
     job = submit_curve(store, plan=LONG)
     compute_all(store)
     assert list(tmp_path.iterdir()) == []

@@ -21,15 +21,20 @@ def a_minute_passes(store: Store, job: Job) -> None:
     store.redis.hincrbyfloat(f"grazemap:4:job:{job.id}", "created", -61.0)
 
 
-@pytest.mark.parametrize("part", ["core_version", "source_fingerprint"])
-def test_another_core_is_another_fingerprint(part: str, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("part", "another"),
+    [
+        ("grazemap_worker.numerics.__version__", "another"),
+        ("grazemap_core.compiled_ahead.source_fingerprint", lambda: "another"),
+    ],
+)
+def test_another_core_is_another_fingerprint(part: str, another: object, monkeypatch: pytest.MonkeyPatch) -> None:
     numerics_module.numerics.cache_clear()
     here = numerics_module.numerics().fingerprint
     numerics_module.numerics.cache_clear()
     assert numerics_module.numerics().fingerprint == here
     numerics_module.numerics.cache_clear()
-    target = "grazemap_core.compiled_ahead" if part == "source_fingerprint" else "grazemap_worker.numerics"
-    monkeypatch.setattr(f"{target}.{part}", lambda: "another")
+    monkeypatch.setattr(part, another)
     assert numerics_module.numerics().fingerprint != here
     numerics_module.numerics.cache_clear()
 

@@ -269,8 +269,9 @@ def test_the_help_has_one_line_for_each_command(monkeypatch, capsys):
     with pytest.raises(SystemExit):
         cli.main(["--help"])
     lines = capsys.readouterr().out.partition("COMMAND\n")[2].partition("\n\n")[0].splitlines()
-    others = ["run", "up", "status", "repair", "backup", "restore", "plot", "show", "schema", "check", "completion"]
-    assert [line.split()[0] for line in lines] == [*PROCESSES, *others]
+    tiles, stacks = ["plan", "tile", "assemble"], ["up", "status", "repair", "backup", "restore"]
+    others = ["plot", "show", "schema", "check", "completion"]
+    assert [line.split()[0] for line in lines] == [*PROCESSES, "run", *tiles, *stacks, *others]
 
 
 @pytest.mark.parametrize("words", [["grazing_curves"], ["run", "grazing_curves"]])

@@ -38,6 +38,9 @@ except errors.MissingExtra as error:
 
 def test_public_names_are_these():
     assert set(grazemap.__all__) == {
+        "DirectClient",
+        "compute",
+        "direct",
         "AsyncClient",
         "AsyncJobHandle",
         "BasinFractions",

@@ -307,13 +307,6 @@ def peaks_seconds(oscillator: Oscillator, start: float, stop: float, points: int
     return searched + rates.PEAK_SECONDS * highest * len(orders) * points
 
 
-def compiling_seconds(kernels: str) -> float:
-    """Return roughly the seconds in which one core compiles kernels, which are named as by `kernels_of`."""
-    # "apart_" stands for trajectories with their own tables
-    own_tables = kernels.startswith("apart_")
-    return rates.COMPILING_SECONDS[kernels.removeprefix("apart_")] + (rates.OWN_TABLES_SECONDS if own_tables else 0.0)
-
-
 def setup_seconds(oscillator: Oscillator) -> float:
     """Return the seconds for finding the modes of an oscillator and making the tables of a frequency."""
     return rates.SETUP_SECONDS + rates.SETUP_MASS_SECONDS * oscillator.size**2

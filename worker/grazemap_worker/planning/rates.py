@@ -207,8 +207,3 @@ OBSERVED_ORBIT_SECONDS = 1.5e-3
 CURVES_PLACES = 9
 # Median seconds of a proof, by the kind of its statement.
 PROOF_SECONDS = {"orbit": 0.25, "attraction": 1.5, "bifurcation": 0.5, "codimension-two": 0.2}
-# Approximate seconds in which one core compiles the kernels of a step of `grazemap_core.warmup`; and the seconds that
-# trajectories with their own tables add.
-COMPILING_SECONDS = {"curves": 5.0, "trajectories": 9.0, "orbits": 8.0, "maps": 40.0, "diagrams": 45.0}
-COMPILING_SECONDS |= {"observables": 25.0, "map_observables": 65.0}
-OWN_TABLES_SECONDS = 20.0

@@ -51,7 +51,7 @@ class Process:
     Like the counts, it is checked before the plan is made, because numbers of the plan could overflow."""
 
     kernels: str = "curves"
-    """The step of `grazemap_core.warmup` that compiles the kernels, for example "diagrams"."""
+    """The step (`kernel_steps`) that has the kernels, for example "diagrams"."""
     own_tables: Callable[[Any], bool] = lambda request: False
     """Whether every point of a map has its own tables of the motion between impacts, which need further kernels."""
 

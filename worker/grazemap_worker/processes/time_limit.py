@@ -13,7 +13,7 @@ import traceback
 from collections.abc import Callable, Iterator
 from typing import TypeVar
 
-from grazemap_worker.parent_death import die_with_parent
+from grazemap_worker.system import die_with_parent
 
 Step = TypeVar("Step")
 

@@ -12,19 +12,17 @@ import resource
 import select
 import signal
 import struct
-import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from pathlib import Path
 from typing import NamedTuple
 
 import structlog
 
 from grazemap_worker.liveness import HUNG_SECONDS, Liveness
-from grazemap_worker.parent_death import die_with_parent
 from grazemap_worker.store.records import FailureKind
+from grazemap_worker.system import PEAK_UNIT, die_with_parent, limit_memory, process_descriptor
 
 # A lower priority than that of other processes, so that small jobs get processor time while maps are being computed.
 NICENESS = 10
@@ -35,8 +33,6 @@ _POLL_SECONDS = 0.01
 # A process that aborted counts as out of memory if its peak of resident memory was over this share of its memory limit.
 # The peak includes what the process inherited when it was forked.
 _NEAR_LIMIT = 0.7
-# Factor from ru_maxrss to bytes: ru_maxrss is in kilobytes, on macOS in bytes.
-_PEAK_UNIT = 1 if sys.platform == "darwin" else 1024
 _KILLED = -signal.SIGKILL  # exit status of a process that its worker killed
 STORE_FULL_STATUS = 3  # exit status of a process that found the store full
 
@@ -144,7 +140,7 @@ class ComputeProcess:
             Called with the activity while the process computes. Returns more urgent work for the worker, or None. The
             process is paused while the worker does it.
         """
-        descriptor = os.pidfd_open(self._pid) if hasattr(os, "pidfd_open") else None
+        descriptor = process_descriptor(self._pid)
         liveness = Liveness(self._pid, with_children=True)
         killed: ProcessEnd | None = None
         ended, next_look = False, 0.0
@@ -198,22 +194,10 @@ class ComputeProcess:
             return killed
         # LLVM and other libraries abort when they get no memory
         if code in (-signal.SIGABRT, -signal.SIGSEGV, -signal.SIGBUS) and (
-            usage.ru_maxrss * _PEAK_UNIT > _NEAR_LIMIT * self._memory_bytes
+            usage.ru_maxrss * PEAK_UNIT > _NEAR_LIMIT * self._memory_bytes
         ):
             return ProcessEnd(code, "memory", memory_text(self._memory_bytes))
         return ProcessEnd(code, "lost" if code < 0 or code == 1 else None)
-
-
-def limit_memory(more_bytes: int) -> None:
-    """Limit the bytes that this process may allocate in addition to those that it has now (RLIMIT_DATA; Linux)."""
-    try:
-        lines = Path("/proc/self/status").read_text("ascii").splitlines()
-    except OSError:
-        return
-    used = next(int(line.split()[1]) for line in lines if line.startswith("VmData:")) * 1024
-    _, hard = resource.getrlimit(resource.RLIMIT_DATA)
-    limit = used + more_bytes if hard == resource.RLIM_INFINITY else min(used + more_bytes, hard)
-    resource.setrlimit(resource.RLIMIT_DATA, (limit, hard))
 
 
 def memory_text(limit: int) -> str:

@@ -76,10 +76,10 @@ class Workers:
         else:
             self._scripts.redis.delete(key)
 
-    def compiles_first(self, kernels: str, core_version: str) -> bool:
-        """Return whether no live worker of a core version has some kernels; False if there is no live worker."""
+    def kernels(self, core_version: str) -> set[str] | None:
+        """Return the kernels that live workers of a core version have; None if there is no live worker."""
         live = [worker for worker in self.live() if worker.core_version == core_version]
-        return bool(live) and not any(kernels in worker.kernels for worker in live)
+        return {name for worker in live for name in worker.kernels} if live else None
 
     def lead(self, role: str, holder: str, seconds: float) -> bool:
         """Return whether `holder` has a role, which only one process has at a time; it keeps it for `seconds`."""

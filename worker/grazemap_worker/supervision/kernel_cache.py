@@ -15,7 +15,6 @@ from typing import IO
 import structlog
 
 _USED = "used"
-_LOOK_SECONDS = 0.05
 UNUSED_SECONDS = 90 * 86400.0
 """A folder of kernels is removed when no worker was started with it for this time, and none with it still runs."""
 
@@ -42,14 +41,14 @@ def private_folder(root: Path) -> Path:
 
 
 @contextmanager
-def one_compiles(folder: Path, waits: Callable[[], None]) -> Iterator[None]:
-    """Begin this block when no other process is in such a block with the same folder; until then, call `waits`."""
+def one_compiles(folder: Path) -> Iterator[Callable[[], bool]]:
+    """Yield a function that returns whether this process may compile: that no other one may, until its block ends.
+
+    On a file system without locks every process may.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     with (folder / "compiling").open("ab") as file:
-        while not _locked(file, fcntl.LOCK_EX):
-            waits()
-            time.sleep(_LOOK_SECONDS)
-        yield
+        yield lambda: _locked(file, fcntl.LOCK_EX)
 
 
 def mark_used(folder: Path) -> IO[bytes]:
@@ -67,16 +66,18 @@ def mark_used(folder: Path) -> IO[bytes]:
         if used_file.parent == folder or time.time() - used_file.stat().st_mtime < UNUSED_SECONDS:
             continue
         with used_file.open("ab") as file:
-            if _locked(file, fcntl.LOCK_EX):
+            if _locked(file, fcntl.LOCK_EX, otherwise=False):
                 shutil.rmtree(used_file.parent, ignore_errors=True)
                 structlog.get_logger("grazemap_worker").info("unused kernels removed", folder=str(used_file.parent))
     return mark
 
 
-def _locked(file: IO[bytes], kind: int) -> bool:
-    """Lock a file without waiting; return whether that succeeded."""
+def _locked(file: IO[bytes], kind: int, otherwise: bool = True) -> bool:
+    """Lock a file without waiting; return whether that succeeded, or `otherwise` on a file system without locks."""
     try:
         fcntl.flock(file, kind | fcntl.LOCK_NB)
     except BlockingIOError:
         return False
+    except OSError:
+        return otherwise
     return True

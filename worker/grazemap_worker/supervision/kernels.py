@@ -1,6 +1,6 @@
 """Compiles and loads kernels for the workers of this machine: some at the first start, others when jobs need them.
 
-Kernels are compiled in steps, and a step has components (`grazemap_core.warmup`). Child processes compile the
+Kernels are compiled in steps, and a step has components (`kernel_steps`). Child processes compile the
 components into the cache folder. When all components of a step are there, this process loads the step; workers that are
 forked afterwards have it. With two cores or more, two processes compile at a first start. One process compiles the
 vectorized kernels of maps (the component `lockstep`). That takes as long as compiling all other components that a map
@@ -15,7 +15,7 @@ import signal
 import subprocess
 import time
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib import import_module
 from pkgutil import walk_packages
@@ -26,15 +26,17 @@ import grazemap_core
 from grazemap.module_command import module_command
 from grazemap_core import kernel_folder, warmup
 from grazemap_worker import watchdog
-from grazemap_worker.environment import ONE_THREAD, available_cores
+from grazemap_worker.environment import ONE_THREAD
 from grazemap_worker.liveness import Liveness
-from grazemap_worker.parent_death import tied
-from grazemap_worker.planning.costs import compiling_seconds
+from grazemap_worker.planning.kernel_steps import FIRST_STEPS, OF_LANES, compiling_seconds, components_of, is_step
+from grazemap_worker.system import available_cores, tied
 
 # A compiling process may be killed, for example when memory is short. After so many killed attempts, a component is
 # given up here, and is compiled when a tile needs it.
 _MAX_TRIES = 3
 _MAX_PROCESSES = 2
+# The lowest priority: questions are answered, and tiles are computed, before kernels are compiled.
+_NICENESS = 19
 
 
 @dataclass
@@ -56,13 +58,13 @@ class Kernels:
     ready when it is compiled.
     """
 
-    def __init__(self, steps: Iterable[str] = warmup.STEPS, *, load: bool = True) -> None:
+    def __init__(self, steps: Iterable[str] = FIRST_STEPS, *, load: bool = True) -> None:
         self._loads = load
         self.ready: set[str] = set()
         self._wanted: list[str] = []
         self._settled: set[str] = set()
         self._given_up: set[str] = set()
-        self._step_began: dict[str, float] = {}
+        self._step_began: dict[str, tuple[float, float]] = {}  # when, and how long it usually takes
         self._compilers: dict[int, _Compiler] = {}
         self._tries: Counter[str] = Counter()
         self._reported_ready = 0
@@ -72,7 +74,7 @@ class Kernels:
     def want(self, names: Iterable[str]) -> None:
         """Ask for steps by name; a name that is not a step is ignored."""
         for name in names:
-            if warmup.is_step(name) and name not in self.ready and name not in self._wanted:
+            if is_step(name) and name not in self.ready and name not in self._wanted:
                 self._wanted.append(name)
 
     def advance(self) -> bool:
@@ -83,8 +85,8 @@ class Kernels:
         self._compile()
         for compiler in self._compilers.values():
             if (step := self._step_of(compiler)) is not None:
-                self._step_began.setdefault(step, time.monotonic())
-        for name in [name for name in self._wanted if all(map(self._is_settled, warmup.components_of(name)))]:
+                self._step_began.setdefault(step, (time.monotonic(), compiling_seconds(step, self._settled)))
+        for name in [name for name in self._wanted if all(map(self._is_settled, components_of(name)))]:
             self._load(name)
         for compiler in self._compilers.values():
             if compiler.liveness.hangs(computing=True):
@@ -121,20 +123,22 @@ class Kernels:
         for compiler in self._compilers.values():
             name = self._step_of(compiler)
             if name is not None:
-                now, usual = time.monotonic(), compiling_seconds(name)
-                took = now - self._step_began.get(name, now)
+                began, usual = self._step_began.get(name, (time.monotonic(), compiling_seconds(name, self._settled)))
+                took = time.monotonic() - began
                 texts[name] = f"{_label(name)}, compiling for {took:.0f} s (about {usual:.0f} s usually)"
         return texts
 
     def stop(self) -> None:
-        """Kill the compiling processes."""
+        """Kill the compiling processes, and wait for their ends."""
         for compiler in self._compilers.values():
             compiler.process.kill()
+        for compiler in self._compilers.values():
+            compiler.process.wait()
 
     def _step_of(self, compiler: _Compiler) -> str | None:
         """Return the first wanted step that needs the component which a process compiles now; None if there is none."""
         component = next(iter(compiler.components), None)
-        return next((name for name in self._wanted if component in warmup.components_of(name)), None)
+        return next((name for name in self._wanted if component in components_of(name)), None)
 
     def _is_settled(self, component: str) -> bool:
         """Return whether a component is not to be compiled any more: it is in the cache, or its compilation has failed.
@@ -149,25 +153,25 @@ class Kernels:
         """Start processes for the wanted components that no process compiles yet."""
         max_processes = min(_MAX_PROCESSES, available_cores())
         being_compiled = {component for compiler in self._compilers.values() for component in compiler.components}
-        wanted = dict.fromkeys(component for name in self._wanted for component in warmup.components_of(name))
+        wanted = dict.fromkeys(component for name in self._wanted for component in components_of(name))
         missing = [name for name in wanted if name not in being_compiled and not self._is_settled(name)]
-        of_lanes = [component for component in missing if component in warmup.OF_LANES]
+        of_lanes = [component for component in missing if component in OF_LANES]
         others = [component for component in missing if component not in of_lanes]
         for components in (others, of_lanes) if max_processes - len(self._compilers) > 1 else (missing,):
             if components and len(self._compilers) < max_processes:
                 command = module_command("grazemap_core.warmup", *components)
                 environment = {**os.environ, **dict.fromkeys(ONE_THREAD, "1"), **kernel_folder.environment()}
                 process = subprocess.Popen(
-                    command, stdin=subprocess.DEVNULL, process_group=0, preexec_fn=tied(), env=environment
+                    command, stdin=subprocess.DEVNULL, process_group=0, preexec_fn=_guest(), env=environment
                 )
                 self._compilers[process.pid] = _Compiler(process, Liveness(process.pid), list(components))
 
     def _load(self, name: str) -> None:
         """Load a step, unless one of its components was given up: this process would compile the component."""
-        if self._loads and self._given_up.isdisjoint(warmup.components_of(name)):
+        if self._loads and self._given_up.isdisjoint(components_of(name)):
             try:
                 with watchdog.beating():
-                    warmup.load(name)
+                    warmup.load(components_of(name))
             except Exception:
                 # a tile that needs the kernels will report the error
                 self._log.exception("kernels cannot be loaded", kernels=name)
@@ -186,6 +190,17 @@ def import_core() -> None:
         except ModuleNotFoundError as error:
             if error.name != "flint":  # python-flint is optional
                 raise
+
+
+def _guest() -> Callable[[], None]:
+    """Return the `preexec_fn` of a process that compiles: it ends with this process, and gives way to all others."""
+    tie = tied()
+
+    def begin() -> None:
+        tie()
+        os.nice(_NICENESS)
+
+    return begin
 
 
 def _label(name: str) -> str:

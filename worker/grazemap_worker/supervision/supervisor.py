@@ -24,15 +24,14 @@ from redis.exceptions import RedisError
 from grazemap_worker import watchdog
 from grazemap_worker.liveness import Liveness
 from grazemap_worker.numerics import Numerics
-from grazemap_worker.parent_death import adopt_orphans, die_with_parent
 from grazemap_worker.queue import clean_up
-from grazemap_worker.queue.compute_process import limit_memory
 from grazemap_worker.restarts import Restarts
 from grazemap_worker.settings import LEASE_SECONDS, WorkerSettings
 from grazemap_worker.store import Store, WorkerInfo, core_version, trouble
 from grazemap_worker.supervision.kernels import Kernels
 from grazemap_worker.supervision.reconciler import INTERVAL_SECONDS, Reconciler
 from grazemap_worker.supervision.watched import SharedWorkerState
+from grazemap_worker.system import adopt_orphans, die_with_parent, limit_memory
 
 _POLL_SECONDS = 0.1
 # Maximum number of workers for small tiles. The service is one process: more workers would only wait for its requests.

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from grazemap_worker.machine_memory import machine_memory
 from grazemap_worker.settings import WorkerSettings, default_memory
+from grazemap_worker.system import machine_memory
 
 GIB = 1 << 30
 UNLIMITED = str(0x7FFFFFFFFFFFF000)
