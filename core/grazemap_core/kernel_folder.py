@@ -24,7 +24,9 @@ from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
+import llvmlite.binding
 from numba.core import caching, config, dispatcher
+from numba.core.codegen import JITCodeLibrary
 from numba.core.registry import cpu_target
 from numba.core.serialize import dumps
 
@@ -171,8 +173,61 @@ class _Locator(caching._CacheLocator):
         return cls()
 
 
+class _LoadedLibrary(JITCodeLibrary):
+    """Machine code that was loaded. Its intermediate code is parsed when a function that is compiled here calls it.
+
+    Hardly any is, and parsing all would take a third of the time and half of the memory of loaded kernels.
+    """
+
+    _bitcode = b""
+
+    def _get_module_for_linking(self) -> Any:
+        if self._shared_module is None:
+            self._shared_module = llvmlite.binding.parse_bitcode(self._bitcode)
+        return super()._get_module_for_linking()  # type: ignore[no-untyped-call]
+
+    @classmethod
+    def _unserialize(cls, codegen: Any, state: Any) -> Any:
+        name, _, (machine_code, bitcode, symbols) = state
+        self = codegen.create_library(name)
+        self.enable_object_caching()
+        self._set_compiled_object(machine_code)
+        self._bitcode = bitcode
+        self._finalize_final_module()
+        codegen._engine._defined_symbols.update(symbols)
+        return self
+
+
+def _with_symbols(library: Any) -> tuple[Any, ...]:
+    """Return a serialized library with the names of what its intermediate code defines."""
+    name, kind, (machine_code, bitcode) = library
+    module = llvmlite.binding.parse_bitcode(bitcode)
+    items = [*module.functions, *module.global_variables]
+    return name, kind, (machine_code, bitcode, [item.name for item in items if not item.is_declaration])
+
+
+_LAZY = hasattr(JITCodeLibrary, "_set_compiled_object") and hasattr(JITCodeLibrary, "enable_object_caching")
+"""Whether numba has what `_LoadedLibrary` knows of it."""
+
+
 class _KernelImpl(caching.CompileResultCacheImpl):
     _locator_classes = [_Locator]  # type: ignore[list-item]
+
+    def reduce(self, cres: Any) -> Any:
+        """Return what is stored of a compiled function."""
+        library, *others = super().reduce(cres)  # type: ignore[no-untyped-call]
+        return _with_symbols(library) if _LAZY else library, *others
+
+    def rebuild(self, target_context: Any, payload: Any) -> Any:
+        """Return the compiled function from what is stored."""
+        if not _LAZY:
+            return super().rebuild(target_context, payload)  # type: ignore[no-untyped-call]
+        codegen = target_context.codegen()
+        usual, codegen._library_class = codegen._library_class, _LoadedLibrary
+        try:
+            return super().rebuild(target_context, payload)  # type: ignore[no-untyped-call]
+        finally:
+            codegen._library_class = usual
 
 
 class _KernelCache(caching.FunctionCache):

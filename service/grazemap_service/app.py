@@ -19,6 +19,7 @@ from grazemap_service.routers import batches, docs, events, health, jobs, proces
 from grazemap_service.settings import ServiceSettings
 from grazemap_worker import watchdog
 from grazemap_worker.store import Store, core_version
+from grazemap_worker.system import IdleMemory
 
 # Timeout of a Redis command in seconds. It is short, so that an unavailable Redis gives errors soon, before all threads
 # wait for it.
@@ -68,7 +69,9 @@ def create_app(settings: ServiceSettings | None = None) -> FastAPI:
 
 
 async def _beat() -> None:
-    """Send a sign of life every few seconds, as long as the event loop runs."""
+    """Send a sign of life every few seconds, as long as the event loop runs; release memory that is not needed."""
+    memory = IdleMemory()
     while True:
         watchdog.beat()
+        memory.look()
         await asyncio.sleep(watchdog.INTERVAL_SECONDS)

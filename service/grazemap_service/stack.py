@@ -39,7 +39,7 @@ from grazemap_worker import logs
 from grazemap_worker.environment import usable_cache_dir
 from grazemap_worker.redis_settings import USAGE_ERROR, RedisSettings, refusal_text
 from grazemap_worker.store import Store, connect
-from grazemap_worker.system import not_kept
+from grazemap_worker.system import IdleMemory, not_kept
 from grazemap_worker.watchdog import WatchdogSocket
 
 _POLL_SECONDS = 0.1
@@ -303,7 +303,7 @@ def run(
     processes may join the stack. Raises StackStartError.
     """
     talk = _Talk(stack) if talks else None
-    announced, announcement = False, None
+    announced, announcement, memory = False, None, IdleMemory()
     try:
         if talk:
             talk()
@@ -320,6 +320,7 @@ def run(
                 print(line, flush=True)  # noqa: T201 - the one line that the starting process reads
             if talk and not announced:
                 talk()
+            memory.look()
             time.sleep(_POLL_SECONDS)
     finally:
         if announcement is not None:

@@ -8,6 +8,7 @@ treated as another system, for tests.
 from __future__ import annotations
 
 import ctypes
+import gc
 import os
 import resource
 import signal
@@ -24,8 +25,13 @@ _CONTROL_GROUPS = Path("/sys/fs/cgroup")
 _TICK = 1.0 / os.sysconf("SC_CLK_TCK")
 _PR_SET_PDEATHSIG = 1
 _PR_SET_CHILD_SUBREAPER = 36
+_MADV_DONTNEED = 4
+# A process that uses a smaller share of its time rests. Memory is released after so many seconds of rest, if the
+# process has used more processor time than this since the last release.
+_BUSY_SHARE, _REST_SECONDS, _WORK_SECONDS = 0.05, 15.0, 0.5
+_LIBC = ctypes.CDLL(None, use_errno=True)
 # Looked up before any fork: between fork and exec nothing may be imported.
-_PRCTL = ctypes.CDLL(None, use_errno=True).prctl if LINUX else None
+_PRCTL = _LIBC.prctl if LINUX else None
 # Factor from ru_maxrss to bytes: ru_maxrss is in kilobytes, on macOS in bytes.
 PEAK_UNIT = 1 if sys.platform == "darwin" else 1024
 
@@ -122,6 +128,51 @@ def children_seconds(pid: int) -> float:
     except OSError:
         return 0.0
     return sum(child.cpu_seconds for child in map(process_stat, map(int, children)) if child is not None)
+
+
+def release_memory() -> None:
+    """Give back what this process does not need for now: garbage, free memory, and clean pages of files (Linux).
+
+    A page of a library comes back from the system's cache of files when it is used again.
+    """
+    gc.collect()
+    if not LINUX:
+        return
+    _LIBC.malloc_trim(0)
+    with suppress(OSError):
+        for begin, end in _clean_mappings((_PROC / "self" / "smaps").read_text("utf-8", "replace")):
+            _LIBC.madvise(ctypes.c_void_p(begin), ctypes.c_size_t(end - begin), _MADV_DONTNEED)
+
+
+class IdleMemory:
+    """Releases the memory of this process once it has rested for a while after some work."""
+
+    def __init__(self) -> None:
+        self._looked = self._rests_from = time.monotonic()
+        self._spent = self._released = 0.0
+
+    def look(self) -> None:
+        """Release the memory if it is time; to be called every few seconds."""
+        spent, now = time.process_time(), time.monotonic()
+        if spent - self._spent > _BUSY_SHARE * (now - self._looked):
+            self._rests_from = now
+        self._spent, self._looked = spent, now
+        if now - self._rests_from > _REST_SECONDS and spent - self._released > _WORK_SECONDS:
+            release_memory()
+            self._released = time.process_time()
+
+
+def _clean_mappings(smaps: str) -> Iterator[tuple[int, int]]:
+    """Yield begin and end of the private mappings of files whose pages are those of the file, and cannot be written."""
+    place, clean = None, False
+    for line in smaps.splitlines():
+        fields = line.split()
+        if not fields[0].endswith(":"):
+            begin, _, end = fields[0].partition("-")
+            clean = len(fields) > 5 and fields[5].startswith("/") and fields[1][1] == "-" and fields[1][3] == "p"
+            place = int(begin, 16), int(end, 16)
+        elif fields[0] == "Anonymous:" and clean and place is not None and fields[1] == "0":
+            yield place
 
 
 def process_descriptor(pid: int) -> int | None:

@@ -1,11 +1,14 @@
-"""What a tile may allocate follows from the memory of the machine and of its control groups, of both versions."""
+"""What a tile may allocate follows from the memory of the machine; and what processes give back when they rest."""
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
+from grazemap_worker import system
 from grazemap_worker.settings import WorkerSettings, default_memory
 from grazemap_worker.system import machine_memory
 
@@ -72,3 +75,57 @@ def test_it_is_the_default_of_the_settings(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setenv("GRAZEMAP_WORKERS", "6")
     assert WorkerSettings().memory_bytes == GIB // 2
     assert WorkerSettings(memory_bytes=3 * GIB).memory_bytes == 3 * GIB
+
+
+SMAPS = """\
+7f00-7f10 r-xp 00000000 fe:00 1    /usr/lib/libone.so
+Size:                 64 kB
+Anonymous:             0 kB
+7f10-7f20 r--p 00000000 fe:00 1    /usr/lib/relocated.so
+Anonymous:             4 kB
+7f20-7f30 rw-p 00000000 fe:00 1    /usr/lib/written.so
+Anonymous:             0 kB
+7f30-7f40 r--s 00000000 fe:00 1    /dev/shared
+Anonymous:             0 kB
+7f40-7f50 r-xp 00000000 00:00 0    [vdso]
+Anonymous:             0 kB
+7f50-7f60 r--p 00000000 00:00 0
+Anonymous:             0 kB
+"""
+
+
+def test_only_pages_that_are_those_of_a_file_are_given_back() -> None:
+    assert list(system._clean_mappings(SMAPS)) == [(0x7F00, 0x7F10)]
+
+
+@pytest.mark.skipif(not system.LINUX, reason="other systems do not give memory back")
+def test_a_process_has_less_memory_after_a_release_and_goes_on() -> None:
+    code = (
+        "import psutil, numpy, scipy.linalg, numba; from grazemap_worker.system import release_memory;"
+        "before = psutil.Process().memory_info().rss; release_memory(); after = psutil.Process().memory_info().rss;"
+        "assert after < 0.8 * before, (before, after);"
+        "assert scipy.linalg.solve(numpy.eye(2), numpy.ones(2)).tolist() == [1.0, 1.0];"
+        "assert numba.njit(lambda x: x + 1)(1) == 2"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=120)
+
+
+def test_memory_is_released_once_after_work_and_rest(monkeypatch: pytest.MonkeyPatch) -> None:
+    now, spent, released = [0.0], [0.0], []
+    monkeypatch.setattr(system.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(system.time, "process_time", lambda: spent[0])
+    monkeypatch.setattr(system, "release_memory", lambda: released.append(now[0]))
+    idle = system.IdleMemory()
+
+    def pass_time(seconds: float, share: float) -> None:
+        for _ in range(int(seconds)):
+            now[0], spent[0] = now[0] + 1.0, spent[0] + share
+            idle.look()
+
+    pass_time(30.0, 0.5)
+    assert released == []
+    pass_time(100.0, 0.001)
+    assert released == [46.0]
+    pass_time(2.0, 0.5)
+    pass_time(100.0, 0.001)
+    assert released == [46.0, 148.0]

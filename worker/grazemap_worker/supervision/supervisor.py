@@ -31,7 +31,7 @@ from grazemap_worker.store import Store, WorkerInfo, core_version, trouble
 from grazemap_worker.supervision.kernels import Kernels
 from grazemap_worker.supervision.reconciler import INTERVAL_SECONDS, Reconciler
 from grazemap_worker.supervision.watched import SharedWorkerState
-from grazemap_worker.system import adopt_orphans, die_with_parent, limit_memory
+from grazemap_worker.system import adopt_orphans, die_with_parent, limit_memory, release_memory
 
 _POLL_SECONDS = 0.1
 # Maximum number of workers for small tiles. The service is one process: more workers would only wait for its requests.
@@ -93,6 +93,7 @@ class Supervisor:
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, self._stop)
         adopt_orphans()
+        release_memory()  # what loading needed, before workers are forked
         self._log.info("supervisor started", workers=self._settings.workers, fingerprint=self._numerics.fingerprint)
         next_round = 0.0
         redis_away = False
@@ -100,6 +101,7 @@ class Supervisor:
             self._reap()
             now = time.monotonic()
             if self._kernels.advance():
+                release_memory()
                 for slot in self._slots:
                     slot.watched.asked_to_stop = True  # its successor has the new kernels too
             for slot in self._slots:
