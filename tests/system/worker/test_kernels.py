@@ -88,15 +88,15 @@ def test_steps_are_ready_one_after_another_while_two_processes_compile(loaded: l
     kernels = Kernels()
     assert not kernels.advance()
     components = [compiler.components for compiler in kernels._compilers.values()]
-    assert components == [["curves", "trajectories", "classification", "orbits"], ["lockstep"]]
+    assert components == [["trajectories", "classification", "orbits"], ["curves", "lockstep"]]
     texts = kernels.status_texts()
     assert texts["curves"] == "kernels for curves, compiling for 0 s (about 6 s usually)"
-    assert texts["trajectories"] == "kernels for trajectories, after others"
-    assert texts["maps"] == "kernels for maps, compiling for 0 s (about 34 s usually)"
+    assert texts["trajectories"] == "kernels for trajectories, compiling for 0 s (about 13 s usually)"
+    assert texts["maps"] == "kernels for maps, after others"
     kernel_folder.record("curves")  # as the process does
     assert kernels.advance()
     assert kernels.ready == {"curves"} == set(loaded)
-    assert kernels.status_texts()["trajectories"] == "kernels for trajectories, compiling for 0 s (about 13 s usually)"
+    assert kernels.status_texts()["maps"] == "kernels for maps, compiling for 0 s (about 34 s usually)"
     assert not kernels.advance()
     kernel_folder.record("lockstep")
     assert not kernels.advance()  # a map also needs what names its motions

@@ -6,10 +6,10 @@ steps may have in common.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 OF_LANES = ("lockstep", "apart")
-"""The components that carry the lanes of maps. A process compiles them while another one compiles the others."""
+"""The components that carry the lanes of maps."""
 _OF_ORBITS = ("curves", "trajectories", "orbits")
 _OF_MAPS = ("classification", "lockstep")
 _STEPS: dict[str, tuple[str, ...]] = {
@@ -49,6 +49,25 @@ def components_of(step: str) -> tuple[str, ...]:
 
 def compiling_seconds(step: str, compiled: Collection[str] = ()) -> float:
     """Return about how long two processes take to compile a step, without the components that are compiled already."""
-    missing = [component for component in components_of(step) if component not in compiled]
-    of_lanes = sum(_COMPONENT_SECONDS[component] for component in missing if component in OF_LANES)
-    return max(of_lanes, sum(_COMPONENT_SECONDS[component] for component in missing) - of_lanes)
+    return max(map(_seconds, shares([component for component in components_of(step) if component not in compiled])))
+
+
+def shares(missing: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return the components that each of two processes compiles, in the order in which they are wanted.
+
+    The second process compiles those that carry lanes. Before them it takes what is wanted first, if a map is ready
+    sooner then.
+    """
+    others = [component for component in missing if component not in OF_LANES]
+    of_lanes = [component for component in missing if component in OF_LANES]
+    while of_lanes:
+        for_maps = others[: max((others.index(name) + 1 for name in _OF_MAPS if name in others), default=0)]
+        sooner = max(_seconds(for_maps[1:]), _seconds([*for_maps[:1], *of_lanes]))
+        if not for_maps or sooner >= max(_seconds(for_maps), _seconds(of_lanes)):
+            break
+        of_lanes.insert(0, others.pop(0))
+    return others, of_lanes
+
+
+def _seconds(components: Sequence[str]) -> float:
+    return sum(_COMPONENT_SECONDS[component] for component in components)

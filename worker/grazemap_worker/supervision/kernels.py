@@ -1,11 +1,10 @@
 """Compiles and loads kernels for the workers of this machine: some at the first start, others when jobs need them.
 
-Kernels are compiled in steps, and a step has components (`kernel_steps`). Child processes compile the
-components into the cache folder. When all components of a step are there, this process loads the step; workers that are
-forked afterwards have it. With two cores or more, two processes compile at a first start. One process compiles the
-vectorized kernels of maps (the component `lockstep`). That takes as long as compiling all other components that a map
-needs. The other process compiles these. Two stacks that start at the same time do not wait for each other. Each
-compiles what is missing, and loads what the other has compiled.
+Kernels are compiled in steps, and a step has components (`kernel_steps`). Child processes compile the components into
+the cache folder. When all components of a step are there, this process loads the step; workers that are forked
+afterwards have it. With two cores or more, two processes compile, which share the components so that a map can be
+computed soon. Two stacks that start at the same time do not wait for each other. Each compiles what is missing, and
+loads what the other has compiled.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ from grazemap_core import kernel_folder, warmup
 from grazemap_worker import watchdog
 from grazemap_worker.environment import ONE_THREAD
 from grazemap_worker.liveness import Liveness
-from grazemap_worker.planning.kernel_steps import FIRST_STEPS, OF_LANES, compiling_seconds, components_of, is_step
+from grazemap_worker.planning.kernel_steps import FIRST_STEPS, compiling_seconds, components_of, is_step, shares
 from grazemap_worker.system import available_cores, tied
 
 # A compiling process may be killed, for example when memory is short. After so many killed attempts, a component is
@@ -155,9 +154,7 @@ class Kernels:
         being_compiled = {component for compiler in self._compilers.values() for component in compiler.components}
         wanted = dict.fromkeys(component for name in self._wanted for component in components_of(name))
         missing = [name for name in wanted if name not in being_compiled and not self._is_settled(name)]
-        of_lanes = [component for component in missing if component in OF_LANES]
-        others = [component for component in missing if component not in of_lanes]
-        for components in (others, of_lanes) if max_processes - len(self._compilers) > 1 else (missing,):
+        for components in shares(missing) if max_processes - len(self._compilers) > 1 else (missing,):
             if components and len(self._compilers) < max_processes:
                 command = module_command("grazemap_core.warmup", *components)
                 environment = {**os.environ, **dict.fromkeys(ONE_THREAD, "1"), **kernel_folder.environment()}
