@@ -12,6 +12,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Iterable
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -38,7 +39,8 @@ class Computed(NamedTuple):
     """Whether later submissions of the same request get this result. If not, they compute it again."""
 
 
-class Computation(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Computation:
     """A request, with all that the bytes of its result depend on."""
 
     request: ProcessRequest

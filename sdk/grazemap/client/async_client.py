@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import AsyncGenerator, Iterable, Mapping
-from typing import Any, Self, TypeVar
+from functools import partial
+from typing import Any, Self
 
 import httpx2
 
@@ -14,11 +15,9 @@ from grazemap.client.connection import AsyncConnection
 from grazemap.client.http import ConnectionSettings, json_object
 from grazemap.client.jobs import AsyncJobHandle
 from grazemap.client.methods import AsyncMethods
-from grazemap.results import Result, html
+from grazemap.results import html
 from grazemap.validation import validated, validated_each
 from grazemap.wire import Forecast, ProcessRequest, ServiceStatus, Status
-
-R = TypeVar("R", bound=Result)
 
 
 class AsyncClient(AsyncMethods):
@@ -65,6 +64,7 @@ class AsyncClient(AsyncMethods):
         self._connection = self._connection_class(
             ConnectionSettings(url, key, cache_dir, timeout, retries, group), transport
         )
+        self._compute = partial(job_calls.compute, self._connection)
 
     @property
     def base_url(self) -> str:
@@ -76,9 +76,6 @@ class AsyncClient(AsyncMethods):
 
     def _repr_html_(self) -> str:
         return html.table(type(self).__name__, {"service": self.base_url})
-
-    async def _compute(self, kind: type[R], request: ProcessRequest, progress: bool) -> R:
-        return await job_calls.compute(self._connection, kind, request, progress)
 
     async def close(self) -> None:
         """Close the connections."""

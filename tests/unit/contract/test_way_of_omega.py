@@ -23,5 +23,5 @@ def test_omega_passes_the_files_of_the_page_in_its_order_and_few_others() -> Non
     page = (ROOT / "docs" / "way.md").read_text("utf-8")
     listed = re.findall(r"^\| \d+ \| .*\(\.\./\w+/(.+)\.py\)", page, re.MULTILINE)
     assert [path for path in passed if path in listed] == [path for path in listed if path in passed]
-    # a wake-up and a worker pass no omega on, and the way ends before the lanes
-    assert set(listed) - set(passed) <= {path for path in listed if path.endswith(("wake_ups", "tasks", "lockstep"))}
+    # a wake-up passes no omega on, and the way ends before the lanes
+    assert set(listed) - set(passed) <= {path for path in listed if path.endswith(("wake_ups", "lockstep"))}
