@@ -25,8 +25,7 @@ from typing import Any
 from uuid import uuid4
 
 import llvmlite.binding
-from numba.core import caching, config, dispatcher
-from numba.core.codegen import JITCodeLibrary
+from numba.core import caching, codegen, config, dispatcher
 from numba.core.registry import cpu_target
 from numba.core.serialize import dumps
 
@@ -173,28 +172,34 @@ class _Locator(caching._CacheLocator):
         return cls()
 
 
-class _LoadedLibrary(JITCodeLibrary):
+_Library: Any = getattr(codegen, "JITCodeLibrary", object)
+_LAZY = hasattr(_Library, "_set_compiled_object") and hasattr(_Library, "enable_object_caching")
+"""Whether numba has what `_LoadedLibrary` knows of it."""
+
+
+class _LoadedLibrary(_Library):  # type: ignore[misc]
     """Machine code that was loaded. Its intermediate code is parsed when a function that is compiled here calls it.
 
     Hardly any is, and parsing all would take a third of the time and half of the memory of loaded kernels.
     """
 
     _bitcode = b""
+    _shared_module: Any
 
     def _get_module_for_linking(self) -> Any:
         if self._shared_module is None:
             self._shared_module = llvmlite.binding.parse_bitcode(self._bitcode)
-        return super()._get_module_for_linking()  # type: ignore[no-untyped-call]
+        return super()._get_module_for_linking()
 
     @classmethod
-    def _unserialize(cls, codegen: Any, state: Any) -> Any:
+    def _unserialize(cls, generator: Any, state: Any) -> Any:
         name, _, (machine_code, bitcode, symbols) = state
-        self = codegen.create_library(name)
+        self = generator.create_library(name)
         self.enable_object_caching()
         self._set_compiled_object(machine_code)
         self._bitcode = bitcode
         self._finalize_final_module()
-        codegen._engine._defined_symbols.update(symbols)
+        generator._engine._defined_symbols.update(symbols)
         return self
 
 
@@ -204,10 +209,6 @@ def _with_symbols(library: Any) -> tuple[Any, ...]:
     module = llvmlite.binding.parse_bitcode(bitcode)
     items = [*module.functions, *module.global_variables]
     return name, kind, (machine_code, bitcode, [item.name for item in items if not item.is_declaration])
-
-
-_LAZY = hasattr(JITCodeLibrary, "_set_compiled_object") and hasattr(JITCodeLibrary, "enable_object_caching")
-"""Whether numba has what `_LoadedLibrary` knows of it."""
 
 
 class _KernelImpl(caching.CompileResultCacheImpl):
@@ -222,12 +223,12 @@ class _KernelImpl(caching.CompileResultCacheImpl):
         """Return the compiled function from what is stored."""
         if not _LAZY:
             return super().rebuild(target_context, payload)  # type: ignore[no-untyped-call]
-        codegen = target_context.codegen()
-        usual, codegen._library_class = codegen._library_class, _LoadedLibrary
+        generator = target_context.codegen()
+        usual, generator._library_class = generator._library_class, _LoadedLibrary
         try:
             return super().rebuild(target_context, payload)  # type: ignore[no-untyped-call]
         finally:
-            codegen._library_class = usual
+            generator._library_class = usual
 
 
 class _KernelCache(caching.FunctionCache):
