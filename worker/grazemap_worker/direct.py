@@ -69,6 +69,30 @@ class _Part(NamedTuple):
     """The npz, or the problem of a request that the core cannot compute."""
 
 
+class _Waiting(NamedTuple):
+    """A result without tiles that is being computed."""
+
+    process: str
+    """Name of the process."""
+    text: str
+    """The request as JSON."""
+    kind: Kind
+    """What must compute it."""
+    future: Future[_Part]
+    """The result."""
+
+
+@contextmanager
+def _failures_named(kept: str = "") -> Iterator[None]:
+    """Raise ComputationError in place of what an executor raises; `kept` says what is left."""
+    try:
+        yield
+    except (ComputationError, OSError):
+        raise
+    except Exception as error:
+        raise ComputationError(f"the executor failed: {error!r}{kept}") from error
+
+
 class Direct:
     """Computes requests by an executor; a context manager that ends the processes which it has started.
 
@@ -103,59 +127,61 @@ class Direct:
         process, text = _as_text(request)
         computation = _computation(process, text)
         checkpoint = None if folder is None else Checkpoint.create(folder, computation)
-        try:
+        with _failures_named("" if folder is None else f"; the finished tiles are in {folder}"):
             kind = self._prepared(kernels_of(process, request), listen)
             tiles = self._tiles(computation, text, kind, listen, checkpoint)
             return tiles if isinstance(tiles, Problem) else self._result(process, text, tiles, kind, listen)
-        except (ComputationError, OSError):
-            raise
-        except Exception as error:
-            kept = "" if checkpoint is None else f"; the finished tiles are in {folder}"
-            raise ComputationError(f"the executor failed: {error!r}{kept}") from error
 
     def each(self, requests: Sequence[ProcessRequest]) -> Iterator[bytes | Problem]:
-        """Yield what `compute` returns for each request. Requests without tiles are computed side by side."""
-        single = [not _computation(*_as_text(request)).has_tiles for request in requests]
-        waiting: deque[tuple[ProcessRequest, Future[_Part] | None]] = deque()
-        losses = 0
-        try:
-            for request, is_single in zip(requests, single, strict=True):
-                process, text = _as_text(request)
-                future = None
-                if is_single:
-                    self._prepared(kernels_of(process, request), _nobody)
-                    self._have(sum(single))
-                    future = self._submit(result_of, process, text, (), False)
-                waiting.append((request, future))
-                if len(waiting) >= _MOST_AHEAD:
-                    yield self._first_outcome(waiting, losses)
-            while waiting:
-                yield self._first_outcome(waiting, losses)
-        finally:
-            for _, left in waiting:
-                if left is not None:
-                    left.cancel()
+        """Yield what `compute` returns for each request.
 
-    def _first_outcome(
-        self, waiting: deque[tuple[ProcessRequest, Future[_Part] | None]], losses: int
-    ) -> bytes | Problem:
-        """Return the outcome of the first of the waiting requests, and remove it."""
-        while True:
-            request, future = waiting[0]
-            try:
-                outcome = self.compute(request, _nobody) if future is None else future.result().outcome
-            except BrokenExecutor as error:
-                losses += 1
-                if self._executor is not None or losses > _MOST_LOSSES:
-                    raise ComputationError(f"the executor failed: {error!r}") from error
-                self._replace_pool()
-                for place, (other, lost) in enumerate(waiting):
-                    if lost is not None and (not lost.done() or lost.exception() is not None):
-                        again = self._submit(result_of, *_as_text(other), (), False)
-                        waiting[place] = other, again
-                continue
-            waiting.popleft()
-            return outcome
+        Requests without tiles that follow one another are computed side by side, and those with tiles one by one.
+        """
+        kinds: dict[str, Kind] = {}
+        waiting: deque[_Waiting] = deque()
+        try:
+            for request in requests:
+                process, text = _as_text(request)
+                if _computation(process, text).has_tiles:
+                    while waiting:
+                        yield self._first_outcome(waiting)
+                    yield self.compute(request, _nobody)
+                    continue
+                with _failures_named():
+                    step = kernels_of(process, request)
+                    if step not in kinds:
+                        kinds[step] = self._prepared(step, _nobody)
+                    if not waiting:
+                        self._have(len(requests))
+                    waiting.append(_Waiting(process, text, kinds[step], self._submit(result_of, process, text, ())))
+                if len(waiting) >= _MOST_AHEAD:
+                    yield self._first_outcome(waiting)
+            while waiting:
+                yield self._first_outcome(waiting)
+        finally:
+            for left in waiting:
+                left.future.cancel()
+
+    def _first_outcome(self, waiting: deque[_Waiting]) -> bytes | Problem:
+        """Return the outcome of the first of the results that are waited for, and remove it."""
+        losses = 0
+        with _failures_named():
+            while True:
+                first = waiting[0]
+                try:
+                    outcome = _of_kind(first.future.result(), first.kind)
+                except BrokenExecutor:
+                    losses += 1
+                    if self._executor is not None or losses > _MOST_LOSSES:
+                        raise
+                    self._replace_pool()
+                    for place, lost in enumerate(waiting):
+                        if not lost.future.done() or _has_failed(lost.future):
+                            again = self._submit(result_of, lost.process, lost.text, ())
+                            waiting[place] = lost._replace(future=again)
+                else:
+                    waiting.popleft()
+                    return outcome
 
     def _prepared(self, step: str, listen: Listen) -> Kind:
         """Return what the processes of the executor are; have the kernels of a step compiled for a pool."""
@@ -323,7 +349,7 @@ class _Pool:
 
 
 _steps: Any = None
-"""The queue for the steps of a result, in a process of a pool; its kernels were compiled before it was started."""
+"""The queue for the steps of a result, in a process of a pool; its parent compiles the kernels of a request before."""
 
 
 def _begin_process(steps: Any, parent: int) -> None:

@@ -10,14 +10,13 @@ from grazemap.client.methods import Methods
 from grazemap.wire import Forecast, ProcessRequest
 
 class DirectClient(Methods):
-    """Computes in this process and by an executor, with the methods of a client of a service.
+    """Computes without a service, with the methods of a client of a service that compute.
 
     Parameters
     ----------
     executor : concurrent.futures.Executor, optional
         Computes the tiles of a request and what follows them, for example that of Dask, ``client.get_executor()``, or
-        ``mpi4py.futures.MPIPoolExecutor()``. Left out: a process for each core of this machine computes tiles, and this
-        process what follows them.
+        ``mpi4py.futures.MPIPoolExecutor()``. Left out: a pool of processes of this machine, one for each core.
 
     Raises
     ------

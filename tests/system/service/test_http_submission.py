@@ -281,7 +281,7 @@ def test_an_estimate_says_that_kernels_are_compiled_first(client: TestClient, st
 
     store.workers.renew(WorkerInfo("w", "f00d", core_version(), frozenset({"curves", "maps"})), 60)
     (detail,) = noted("unfolding-maps", observed)
-    assert detail.startswith("kernels are compiled first, usually in about 47 s")
+    assert detail.startswith("kernels are compiled first, usually in about 48 s")
     assert noted("unfolding-maps", MAP) == []
     assert noted("unfolding-maps", MAP | {"oscillator": chain}) == []
     assert noted("grazing-curves", CURVE | {"oscillator": chain}) == []

@@ -141,6 +141,19 @@ def test_many_requests_are_computed_in_their_order() -> None:
     assert first.clearance.tolist() == last.clearance.tolist()
 
 
+def test_many_requests_are_computed_whatever_comes_between_them_and_whatever_is_killed(expected: bytes) -> None:
+    curves = [parse_request("grazing-curves", {"omega": {**CURVE["omega"], "points": count}}) for count in range(2, 8)]
+    with Direct() as direct:
+        alone = [direct.compute(curve, _nobody) for curve in curves]
+        outcomes = direct.each([*curves[:3], _of_map(), *curves[3:]])
+        received = [next(outcomes)]
+        assert direct._pool is not None
+        for pid in direct._pool.pids:
+            os.kill(pid, signal.SIGKILL)
+        received += outcomes
+    assert received == [*alone[:3], expected, *alone[3:]]
+
+
 def test_the_methods_of_a_client_compute_directly() -> None:
     with grazemap.direct() as client:
         curve = client.grazing_curve(omega=(0.27, 0.29), points=9, progress=False)

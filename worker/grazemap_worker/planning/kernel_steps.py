@@ -31,9 +31,9 @@ _COMPONENT_SECONDS = {
     "classification": 24.0,
     "orbits": 24.0,
     "lockstep": 34.0,
-    "apart": 20.0,
-    "observables": 10.0,
-    "map_observables": 10.0,
+    "apart": 39.0,
+    "observables": 5.0,
+    "map_observables": 11.0,
 }
 
 
