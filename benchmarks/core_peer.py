@@ -19,12 +19,15 @@ class Core:
 
     def prepare(self, work: Work) -> Callable[[], object]:
         """Return what is to be timed."""
-        this_core.fixed_length(work.oscillator, work.omega, work.clearances[:1], 1)
-        return lambda: self.impacts(work)
+        trajectories = this_core.at_rest(work.oscillator, work.omega, work.clearances)
+        trajectories.run(1)
+        return lambda: trajectories.run(work.periods)
 
     def impacts(self, work: Work) -> Integers:
         """Return the impacts of every lane."""
-        return this_core.fixed_length(work.oscillator, work.omega, work.clearances, work.periods)
+        trajectories = this_core.at_rest(work.oscillator, work.omega, work.clearances)
+        trajectories.run(work.periods)
+        return trajectories.impacts()
 
     def impact_times(self, work: Work, count: int) -> Floats:
         """Return the first impact times of lane 0."""

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numba
 from llvmlite import binding as llvm
+from numba.core.registry import cpu_target
 
 from benchmarks.result import Machine
 
@@ -18,11 +19,11 @@ PACKAGES = ("grazemap", "numba", "llvmlite", "numpy", "scipy", "heyoka")
 def describe() -> Machine:
     """Return the machine and the versions of everything that is timed."""
     target = numba.config.CPU_NAME or llvm.get_host_cpu_name()  # type: ignore[attr-defined]  # set on import
-    features = llvm.get_host_cpu_features()
+    named = cpu_target.target_context.codegen().magic_tuple()[2].split(",")
     return Machine(
         processor=_processor(),
         target=str(target),
-        features=sorted(name for name, there in features.items() if there),
+        features=sorted(name[1:] for name in named if name.startswith("+")),
         cores=len(os.sched_getaffinity(0)),
         system=f"{platform.system()} {platform.machine()}",
         load=os.getloadavg()[0],

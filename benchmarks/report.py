@@ -35,7 +35,8 @@ def page(bench: Bench, picture: str) -> str:
         f"The reference work is the default oscillator at omega = {bench.omega:g} and clearance {bench.clearance:g},"
         f" from rest, for {ours.periods} forcing periods. Where a tool runs many lanes at once, their clearances"
         ' differ slightly, so that their impacts are not simultaneous. In rows marked "alike" every lane is the'
-        " reference trajectory. A tool that runs one lane runs the reference trajectory.",
+        " reference trajectory. A tool that runs one lane runs the reference trajectory. What a tool makes ready before"
+        " a run, code and tables, is not timed.",
     ]
     body = tables(bench).replace("## Cost against size\n", f"## Cost against size\n\n![Cost against size]({picture})\n")
     return "\n\n".join(["# Performance", *map(wrapped, head), body])

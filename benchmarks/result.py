@@ -156,6 +156,15 @@ class MassPoint(Part):
     impact_seconds: Annotated[Spread, Field(description="Of one impact, on top of its cell.")]
 
 
+class CoreAlone(Part):
+    """The core with other instructions than those of this processor."""
+
+    target: Annotated[str, Field(description="What the kernels are compiled for.")]
+    limit: Limit
+    stages: list[Stage]
+    masses: list[MassPoint]
+
+
 class SidePoint(Part):
     """Maps of one size."""
 
@@ -197,5 +206,6 @@ class Bench(Part):
     masses: list[MassPoint]
     cell_law: Annotated[Law, Field(description="CPU seconds of a cell against the number of masses.")]
     impact_law: Annotated[Law, Field(description="CPU seconds of an impact, on top of its cell, against the same.")]
+    narrow: Annotated[CoreAlone | None, Field(description="Without AVX-512, where the processor has x86-64-v3.")]
     sides: list[SidePoint]
     side_law: Annotated[Law, Field(description="Kernel seconds of a map against its number of pixels.")]

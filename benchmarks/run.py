@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,9 +19,10 @@ from benchmarks.exact import errors_of, exact_impact_times
 from benchmarks.heyoka_peer import Heyoka, fastest_batch
 from benchmarks.law import fit
 from benchmarks.machine import describe
-from benchmarks.result import Advantage, Bench, Limit, Spread, Throughput
+from benchmarks.result import Advantage, Bench, CoreAlone, Limit, Spread, Throughput
 from benchmarks.scipy_peer import Scipy
 from benchmarks.work import CLEARANCE, OMEGA, PERIODS, SIZE_OMEGA, Work, reference_work
+from grazemap_core.compiled_ahead import PROCESSOR, has_level_3
 
 EXACT_IMPACTS = 20
 PEAK = "peak"
@@ -97,7 +101,7 @@ def run(quick: bool, progress: Callable[[str], None]) -> Bench:
     exact = exact_impact_times(entries[0].work, EXACT_IMPACTS)
     throughput = [_throughput(entry, clocked[entry.key], exact) for entry in entries]
     ours = throughput[0]
-    limit = _limit(ours, Spread.of([count / s for s in clocked[PEAK].cpu]))
+    limit = _limit(ours.rate, ours.impacts_per_period, Spread.of([count / s for s in clocked[PEAK].cpu]))
     progress(f"{ours.rate.median:.3g} periods/s, {limit.share.median:.1%} of the operation count's limit")
 
     profile = stages.stages(extent.core_lanes, PERIODS, ours.impacts_per_period, extent.rounds, progress)
@@ -120,6 +124,7 @@ def run(quick: bool, progress: Callable[[str], None]) -> Bench:
     served_runs = served.run_served(side, PERIODS, extent.served_rounds, progress)
     pixel_cost = maps.pixel_cost(extent.pixels, PERIODS, progress)
     masses = size_law.against_masses(extent.core_lanes // 4, PERIODS, extent.rounds, progress)
+    narrow = _narrow(quick, progress)
     sides = size_law.against_sides(ours.rate.median, extent.side_budget, progress)
     return Bench(
         made=datetime.now(UTC).isoformat(timespec="seconds"),
@@ -142,9 +147,36 @@ def run(quick: bool, progress: Callable[[str], None]) -> Bench:
         masses=masses,
         cell_law=fit([p.masses for p in masses], [p.cell_seconds.median for p in masses]),
         impact_law=fit([p.masses for p in masses], [p.impact_seconds.median for p in masses]),
+        narrow=narrow,
         sides=sides,
         side_law=fit([point.side**2 for point in sides], [point.kernel_seconds for point in sides]),
     )
+
+
+def core_alone(quick: bool, progress: Callable[[str], None]) -> CoreAlone:
+    """Measure what depends on the instructions: the reference work and the cost of cells and impacts."""
+    extent = QUICK if quick else FULL
+    core, work = Core(), reference_work(extent.core_lanes)
+    multiply_add, count = peak.prepared(100_000)
+    clocked = time_in_turn({core.name: core.prepare(work), PEAK: multiply_add}, extent.rounds, progress)
+    impacts = float(np.sum(core.impacts(work))) / work.lane_periods
+    rate = Spread.of([work.lane_periods / s for s in clocked[core.name].cpu])
+    return CoreAlone(
+        target=describe().target,
+        limit=_limit(rate, impacts, Spread.of([count / s for s in clocked[PEAK].cpu])),
+        stages=stages.stages(extent.core_lanes, PERIODS, impacts, extent.rounds, progress),
+        masses=size_law.against_masses(extent.core_lanes // 4, PERIODS, extent.rounds, progress),
+    )
+
+
+def _narrow(quick: bool, progress: Callable[[str], None]) -> CoreAlone | None:
+    """Measure the core in a process whose kernels are compiled for x86-64-v3, if this processor has that level."""
+    if not has_level_3():
+        return None
+    progress("the core with the instructions of x86-64-v3")
+    command = [sys.executable, "-m", "benchmarks.narrow", *(["--quick"] if quick else [])]
+    done = subprocess.run(command, env=os.environ | PROCESSOR, stdout=subprocess.PIPE, check=True)
+    return CoreAlone.model_validate_json(done.stdout)
 
 
 def _throughput(entry: Entry, clocked: Clocked, exact: list[str]) -> Throughput:
@@ -180,20 +212,20 @@ def _advantages(throughput: list[Throughput], core: str) -> list[Advantage]:
     ]
 
 
-def _limit(ours: Throughput, measured: Spread) -> Limit:
-    """Compare this core with the operation count at the measured peak, round by round."""
+def _limit(rate: Spread, impacts_per_period: float, measured: Spread) -> Limit:
+    """Compare the core's rate with the operation count at the measured peak, round by round."""
     scheme = maps.scheme_at(OMEGA)
-    operations = scheme.per_period(ours.impacts_per_period)
+    operations = scheme.per_period(impacts_per_period)
     limits = [peak_rate / operations for peak_rate in measured.values]
     return Limit(
         peak=measured,
         masses=scheme.masses,
         degree=scheme.degree,
         cells=scheme.cells,
-        impacts=ours.impacts_per_period,
+        impacts=impacts_per_period,
         operations_per_cell=scheme.per_cell,
         operations_per_impact=scheme.per_impact,
         operations_per_period=operations,
         rate=Spread.of(limits),
-        share=Spread.of([rate / limit for rate, limit in zip(ours.rate.values, limits, strict=True)]),
+        share=Spread.of([reached / limit for reached, limit in zip(rate.values, limits, strict=True)]),
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterable, Sequence
 
-from benchmarks.result import Bench, GrazingRow, Law, MapRun, ServedMap, Spread
+from benchmarks.result import Bench, CoreAlone, GrazingRow, Law, MapRun, MassPoint, ServedMap, Spread, Stage
 
 
 def tables(bench: Bench) -> str:
@@ -19,6 +19,7 @@ def tables(bench: Bench) -> str:
         ("Maps", _maps(bench)),
         ("Maps through the service", _served(bench)),
         ("Cost against size", _sizes(bench)),
+        *([("Without AVX-512", _narrow(bench.narrow))] if bench.narrow else []),
     ]
     return "\n".join(f"## {title}\n\n{text}\n" for title, text in parts)
 
@@ -86,17 +87,19 @@ def _limit(bench: Bench) -> str:
 
 def _stages(bench: Bench) -> str:
     """Write what the core spends its time on."""
-    rows = [
-        (stage.name, _spread(stage.nanoseconds, "{:.3g}"), _spread(stage.share, "{:.0%}")) for stage in bench.stages
-    ]
     return (
         wrapped(
             "The table divides the time of one forcing period of one lane of the reference work. The cells and the"
             " impacts are timed in loops of their own; the last row is the remainder."
         )
         + "\n\n"
-        + _table(("part", "ns", "share"), rows)
+        + _parts(bench.stages)
     )
+
+
+def _parts(stages: Iterable[Stage]) -> str:
+    rows = [(stage.name, _spread(stage.nanoseconds, "{:.3g}"), _spread(stage.share, "{:.0%}")) for stage in stages]
+    return _table(("part", "ns", "share"), rows)
 
 
 def _grazing(bench: Bench) -> str:
@@ -186,9 +189,22 @@ def _served_row(asked: ServedMap) -> tuple[str, ...]:
     )
 
 
-def _sizes(bench: Bench) -> str:
-    """Write cost against masses and against the side of a map, with the fitted laws."""
-    masses = [
+def _narrow(alone: CoreAlone) -> str:
+    """Write what the core reaches with other instructions."""
+    limit = alone.limit
+    return (
+        wrapped(
+            f"The core compiled for {alone.target} on the same processor: {_spread(limit.share, '{:.1%}')} of the"
+            f" limit, whose peak is {_spread(limit.peak, '{:.3g}')} multiply-adds a second with these instructions."
+        )
+        + f"\n\n{_parts(alone.stages)}\n\n{_masses(alone.masses)}"
+    )
+
+
+def _masses(points: Iterable[MassPoint]) -> str:
+    """Write the cost of a cell and of an impact against the number of masses."""
+    head = ("masses", "cells", "impacts", "periods/s/core", "without impacts", "ns per cell", "ns per impact")
+    rows = [
         (
             str(point.masses),
             str(point.cells),
@@ -198,9 +214,13 @@ def _sizes(bench: Bench) -> str:
             f"{1e9 * point.cell_seconds.median:.3g}",
             f"{1e9 * point.impact_seconds.median:.3g}",
         )
-        for point in bench.masses
+        for point in points
     ]
-    head = ("masses", "cells", "impacts", "periods/s/core", "without impacts", "ns per cell", "ns per impact")
+    return _table(head, rows)
+
+
+def _sizes(bench: Bench) -> str:
+    """Write cost against masses and against the side of a map, with the fitted laws."""
     sides = [
         (
             str(point.side),
@@ -217,7 +237,7 @@ def _sizes(bench: Bench) -> str:
             f"Chains of N masses at omega = {bench.size_omega:g}. Cells and impacts are per forcing period. The cost of"
             " an impact is in addition to that of its cell."
         )
-        + f"\n\n{_table(head, masses)}\n\n"
+        + f"\n\n{_masses(bench.masses)}\n\n"
         + wrapped(f"A cell costs {_law(bench.cell_law)}. An impact costs {_law(bench.impact_law)}.")
         + "\n\n"
         + _table(("side", "periods", "wall s", "core s, all processes", "core ns per point and period"), sides)

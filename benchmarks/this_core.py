@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.ensemble import first_impacts
+from benchmarks.ensemble import Trajectories, first_impacts
 from benchmarks.work import Floats, Integers, Start
 from grazemap_core.codes import RESOLVED
 from grazemap_core.contact.forced import forced_structures
@@ -61,9 +61,9 @@ def cells_per_period(oscillator: Oscillator, omega: float) -> int:
     return forced_structures(trajectory_models(oscillator), np.array([omega]))[0].cells
 
 
-def fixed_length(oscillator: Oscillator, omega: float, clearances: Floats, periods: int) -> Integers:
-    """Run every lane from rest for so many forcing periods. Returns the impacts of every lane, shape (lanes,)."""
-    return first_impacts(oscillator, omega, clearances, periods, first=0).impacts
+def at_rest(oscillator: Oscillator, omega: float, clearances: Floats) -> Trajectories:
+    """Return trajectories from rest, made ready as a kernel or an integrator is: what runs is what is timed."""
+    return Trajectories(oscillator, omega, clearances, first=0)
 
 
 def impact_times(oscillator: Oscillator, omega: float, clearance: float, periods: int) -> Floats:

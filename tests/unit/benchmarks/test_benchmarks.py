@@ -34,7 +34,7 @@ def bench() -> Bench:
 
 def test_page_shows_every_tool_and_every_table(bench: Bench) -> None:
     text = page(bench, "pictures/cost.svg")
-    assert text.count("\n## ") == 8
+    assert text.count("\n## ") == 9
     for entry in bench.throughput:
         assert entry.tool in text
     assert "](pictures/cost.svg)" in text
