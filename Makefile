@@ -226,7 +226,7 @@ executors: kernels $(STAMP)  #: results by a service, pools, Dask, MPI and an ar
 	$(INSTALL) distributed mpi4py openmpi
 	$(BIN)/python -m tests.slow.executors
 
-fairness: kernels $(STAMP)  #: 51 large maps beside another client's, and 10,500 small jobs after three maps (ten minutes)
+fairness: kernels $(STAMP)  #: 51 large maps beside another client's, 10,500 small jobs, short maps beside long tiles (ten minutes)
 	$(BIN)/python -m tests.slow.fairness
 
 unfair: kernels $(STAMP)  #: small questions and maps beside dense zeros and long trajectories of another client (five minutes)

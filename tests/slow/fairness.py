@@ -4,13 +4,20 @@
 within 30 s, a curve within 1.5 s. Of two clients that ask for one map one leaves, and the map is computed for the
 other. Then three maps are computed, and 10,500 small jobs after them (SMALL), 500 more than are kept: the results of
 the maps are still there, with the same bytes.
+
+Then, with one worker and with two, three sweeps queue, each of whose tiles takes longer than a minute. A short map of
+another client, asked twenty times at random moments, begins within 2 s and takes at most three times as long as on the
+idle stack.
 """
 
 from __future__ import annotations
 
+import math
+import random
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
+from itertools import count
 from typing import Any
 
 import httpx2
@@ -21,6 +28,9 @@ MAP_SECONDS, CURVE_SECONDS = 30.0, 1.5
 # Seconds for all small jobs together, at a rate far below that of an idle machine.
 SMALL_SECONDS = 1800.0
 CONNECTIONS = 8
+# A short map beside tiles of minutes: seconds until it begins, and its time over that on an idle stack.
+BEGINS_SECONDS, TIMES_IDLE = 2.0, 3.0
+SHORT_MAPS = 20
 MAPS = "/v1/unfolding-maps"
 CURVES = "/v1/grazing-curves"
 
@@ -126,13 +136,57 @@ def after_small_jobs(first: Requester, other: Requester, small: int) -> bool:
     return kept == 3 and not unfinished
 
 
+def beside_long_tiles(first: Requester, other: Requester, workers: int) -> bool:
+    """Time short maps on an idle stack and while sweeps of minutes are computed; dismiss these."""
+    chance = random.Random(workers)
+    starts = (0.26 + 1e-7 * (1000 * workers + number) for number in count())
+    idle = sorted(_begin_and_end(other, grid(80, next(starts))) for _ in range(5))[2][1]
+    window = {"clearance": {"start": 1.2, "stop": 2.2, "points": 3000}, "policy": "sweep-up", "max_periods": 10_000}
+    omegas = ({"start": 0.2 + 1e-7 * number, "stop": 0.35, "points": 8} for number in range(3))
+    queued = [first.post(MAPS, window | {"omega": omega})["id"] for omega in omegas]
+    while not any(first.job(job_id)["progress"]["done"] for job_id in queued):
+        time.sleep(0.5)
+    times = []
+    for _ in range(SHORT_MAPS):
+        time.sleep(chance.uniform(0.0, 5.0))
+        times.append(_begin_and_end(other, grid(80, next(starts))))
+    for job_id in queued:
+        first.http.delete(f"/v1/jobs/{job_id}?for=all").raise_for_status()
+    begins, ratio = max(began for began, _ in times), max(ended for _, ended in times) / idle
+    print(
+        f"{workers} workers, {SHORT_MAPS} short maps beside tiles of minutes: all begin within {begins:.2f} s"
+        f" (limit {BEGINS_SECONDS}), and take at most {ratio:.2f} times {idle:.2f} s (limit {TIMES_IDLE:.0f})",
+        flush=True,
+    )
+    return begins <= BEGINS_SECONDS and ratio <= TIMES_IDLE
+
+
+def _begin_and_end(requester: Requester, body: dict[str, Any]) -> tuple[float, float]:
+    """Return the seconds until a map's first tile is done, and until the map is."""
+    asked, began = time.perf_counter(), math.inf
+    job = requester.post(MAPS, body)
+    while True:
+        seconds = time.perf_counter() - asked
+        if job["status"] == "successful":
+            return min(began, seconds), seconds
+        if job["progress"]["done"]:
+            began = min(began, seconds)
+        time.sleep(0.02)
+        job = requester.job(job["id"])
+
+
 def main() -> int:
-    """Run both parts; return 1 if one fails."""
+    """Run all parts; return 1 if one fails."""
     maps, small = (int(text) for text in (sys.argv[1:] + ["51", "10500"][len(sys.argv) - 1 :]))
     with grazemap.local() as client:
         first, other = Requester(client.base_url, "first"), Requester(client.base_url, "other")
         fair = beside_maps(first, other, maps)
-        return 0 if after_small_jobs(first, other, small) and fair else 1
+        fair &= after_small_jobs(first, other, small)
+    for workers in (1, 2):
+        with grazemap.local(workers=workers) as client:
+            first, other = Requester(client.base_url, "first"), Requester(client.base_url, "other")
+            fair &= beside_long_tiles(first, other, workers)
+    return 0 if fair else 1
 
 
 if __name__ == "__main__":

@@ -50,10 +50,10 @@ EXTRA_CPU_SECONDS = 60.0
 MAX_CPU_SECONDS: dict[Lane, float] = {"small": 60.0, "short": 600.0, "long": 3600.0}
 # A compute process that has computed a tile for STOPPED_AFTER_SECONDS is stopped for short tiles that have waited for
 # WAITED_SECONDS. The long tile and the short ones get the shares of long and short jobs.
-STOPPED_AFTER_SECONDS = 2.0
-WAITED_SECONDS = 1.5
+STOPPED_AFTER_SECONDS = 1.5
+WAITED_SECONDS = 0.5
 # Seconds between two looks for such short tiles.
-_INTERRUPTION_LOOK_SECONDS = 1.0
+_INTERRUPTION_LOOK_SECONDS = 0.4
 # Seconds between two attempts while the store is full.
 STORE_FULL_SECONDS = 2.0
 # Seconds between renewals of the lease while a process computes.
