@@ -6,14 +6,16 @@ import argparse
 import json
 import time
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from grazemap import constants
-from grazemap.cli.clients import client_of
 from grazemap.cli.exit_codes import DONE, FAILED
-from grazemap.client import Client
-from grazemap.client.client import JobHandle
 from grazemap.errors import GrazemapError
-from grazemap.wire import ServiceStatus, Status
+
+if TYPE_CHECKING:
+    from grazemap.client import Client
+    from grazemap.client.client import JobHandle
+    from grazemap.wire import ServiceStatus, Status
 
 # Seconds between two requests of `--watch`.
 _REFRESH_SECONDS = 2.0
@@ -33,6 +35,8 @@ def add_arguments(status: argparse.ArgumentParser, _: str) -> None:
 
 
 def _status(options: argparse.Namespace) -> int:
+    from grazemap.cli.clients import client_of  # with the client
+
     with client_of(options.url, retries=0) as client:
         while options.watch:
             try:

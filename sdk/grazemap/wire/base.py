@@ -11,10 +11,8 @@ from functools import cached_property
 from inspect import Parameter, Signature
 from itertools import pairwise
 from types import NoneType
-from typing import Annotated, Any, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Self, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import (
     AfterValidator,
     BaseModel,
@@ -35,8 +33,15 @@ from pydantic_core.core_schema import ValidatorFunctionWrapHandler, no_info_wrap
 
 from grazemap.constants import LARGEST_NUMBER, SMALLEST_NUMBER
 from grazemap.errors import ProtocolError
+from grazemap.later import Later
 from grazemap.wire.error_texts import explained
 from grazemap.wire.field_texts import texts_below
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+else:
+    np = Later("numpy")
 
 Place = tuple[str, ...]
 """The names and positions that lead to a value, such as ("axis", "values", "0")."""
@@ -313,7 +318,7 @@ def grid_tag(value: Any) -> str | None:
     """Return the tag of a range (a mapping) or of a list (also a tuple or an array), None for anything else."""
     if isinstance(value, dict | Range):
         return "[range]"
-    several = isinstance(value, list | tuple) or (isinstance(value, np.ndarray) and value.ndim > 0)
+    several = isinstance(value, list | tuple) or getattr(value, "ndim", 0) > 0
     return "[list]" if several else None
 
 

@@ -6,16 +6,19 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
+from grazemap.later import Later
 from grazemap.wire.structure import Matrices, RayleighDamping, StopName
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from grazemap.wire.oscillator import Oscillator
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
+    Floats = NDArray[np.float64]
+    Complexes = NDArray[np.complex128]
+else:
+    np = Later("numpy")
 
 _SOLVED_AT_ONCE = 1 << 21
 """Entries of the matrices that are solved together: 32 MiB."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator
+from typing import TYPE_CHECKING
 
-import numpy as np
-
+from grazemap.later import Later
 from grazemap.wire.base import Interval, Range, Request
 from grazemap.wire.job import Note
 from grazemap.wire.linear import (
@@ -22,6 +22,11 @@ from grazemap.wire.planes import AXES, Axis, PlanePoint, WindowAxis
 from grazemap.wire.process import ProcessRequest
 from grazemap.wire.structure import SIDES, ClearancePair, as_pair
 from grazemap.wire.structures import StructuresRequest
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = Later("numpy")
 
 Span = tuple[float, float]
 # Frequencies at which the grazing curve is looked at, besides the natural ones.

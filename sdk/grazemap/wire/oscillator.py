@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import (
     ConfigDict,
     Discriminator,
@@ -16,6 +14,7 @@ from pydantic import (
     model_validator,
 )
 
+from grazemap.later import Later
 from grazemap.wire import linear
 from grazemap.wire.base import LeftOut, NonEmpty, NonNegative, Positive, Request, invalid
 from grazemap.wire.orders import forced_orders
@@ -31,6 +30,12 @@ from grazemap.wire.structure import (
     RestitutionPair,
     restitutions,
 )
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+else:
+    np = Later("numpy")
 
 # Weight of the contact in a free mode above which it is not the rounding of 0.
 _SEEN = 1e-10

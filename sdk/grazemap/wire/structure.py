@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-import numpy as np
 from pydantic import (
     AfterValidator,
     BeforeValidator,
@@ -17,7 +16,13 @@ from pydantic import (
     model_validator,
 )
 
+from grazemap.later import Later
 from grazemap.wire.base import Count, Float, Kind, Listable, NonEmpty, NonNegative, Positive, Request, Share, invalid
+
+if TYPE_CHECKING:
+    import numpy as np
+else:
+    np = Later("numpy")
 
 Row = NonEmpty[Float]
 # A row of zeros is none.
