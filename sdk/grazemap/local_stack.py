@@ -1,4 +1,7 @@
-"""`local()`: a private stack on this machine, for the duration of a block."""
+"""`local()`: a private stack on this machine, for the duration of a block.
+
+The client is imported while the stack starts.
+"""
 
 from __future__ import annotations
 
@@ -11,33 +14,21 @@ import subprocess
 import sys
 import tempfile
 import threading
+from importlib import import_module
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING, Any
 
 from grazemap import constants, running_stacks
-from grazemap.client import Client
 from grazemap.errors import GrazemapError, StackError
 from grazemap.server_command import stack_command
 from grazemap.start_display import StartDisplay, ready_line, start_display
 
+if TYPE_CHECKING:
+    from grazemap.local_client import LocalClient
+
 _LOG_LINES_SHOWN = 20
 # Seconds that a stack of another process has to answer.
 _JOIN_TIMEOUT = 2.0
-
-
-class LocalClient(Client):
-    """A `Client` of a stack on this machine; closing it stops the stack, unless another process uses it too."""
-
-    def __init__(self, stack: LocalStack | JoinedStack) -> None:
-        super().__init__(stack.url)
-        self._stack = stack
-
-    def close(self) -> None:
-        """Close the connections and stop the stack, unless another process uses it; then leave it."""
-        try:
-            super().close()
-        finally:
-            self._stack.stop()
 
 
 def local(data: str | os.PathLike[str] | None = None, workers: int | None = None) -> LocalClient:
@@ -74,8 +65,10 @@ def local(data: str | os.PathLike[str] | None = None, workers: int | None = None
     StackError
         The stack did not start; the message ends with its log's last lines.
     """
-    joined = joined_stack() if data is None and workers is None else None
-    return LocalClient(joined or LocalStack(data, workers))
+    stack = (joined_stack() if data is None and workers is None else None) or LocalStack(data, workers)
+    from grazemap.local_client import LocalClient
+
+    return LocalClient(stack)
 
 
 class JoinedStack:
@@ -102,6 +95,8 @@ def joined_stack(quiet: bool = False) -> JoinedStack | None:
     if os.environ.get("GRAZEMAP_LOCAL") == "own":
         return None
     for membership in running_stacks.memberships():
+        from grazemap.client import Client
+
         with Client(membership.url, timeout=_JOIN_TIMEOUT, retries=0) as probe:
             try:
                 probe.status()
@@ -163,6 +158,7 @@ class LocalStack:
         self._announcement: Path | None = None
         atexit.register(self.stop)
         try:
+            import_module("grazemap.local_client")  # takes half a second, in which the stack starts
             self.url = self._await_ready(timeout, start_display(quiet))
         except BaseException:
             self.stop()

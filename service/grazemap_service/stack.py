@@ -43,6 +43,7 @@ from grazemap_worker.system import IdleMemory, not_kept
 from grazemap_worker.watchdog import WatchdogSocket
 
 _POLL_SECONDS = 0.1
+_START_POLL_SECONDS = 0.02
 _STOP_SECONDS = 3.0
 # Seconds to wait for the Redis of a killed stack, because it writes its data before it ends.
 _LOCK_SECONDS = 4.0
@@ -321,7 +322,7 @@ def run(
             if talk and not announced:
                 talk()
             memory.look()
-            time.sleep(_POLL_SECONDS)
+            time.sleep(_POLL_SECONDS if announced else _START_POLL_SECONDS)
     finally:
         if announcement is not None:
             announcement.close()

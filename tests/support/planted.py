@@ -114,6 +114,7 @@ def supervise(
     settings = WorkerSettings(redis_url=redis_url, workers=workers, result_bytes=1 << 20)
     kernels = Kernels(())
     kernels.ready |= INFO.kernels
+    kernels.advance()
     Supervisor(settings, NUMERICS, kernels).run()
 
 

@@ -20,7 +20,6 @@ import math
 from abc import abstractmethod
 
 import numpy as np
-from scipy.optimize import brentq
 
 from grazemap_core.arrays import Booleans, Complexes, Floats, Integers
 from grazemap_core.errors import ParameterError
@@ -224,6 +223,8 @@ class _ZeroSearch(ABC):
 
     def _zero(self, ends: Floats, place: _PeakPairs) -> float | None:
         """Return the zero between two ends, where the function is monotone; None if there is none."""
+
+        from scipy.optimize import brentq  # half as long to import as all that a grazing curve needs
 
         def value(omega: float) -> float:
             return float(self.value(steady_motion(self.oscillator, np.array([omega])), place)[0])

@@ -9,7 +9,8 @@ from grazemap import constants
 from grazemap.cli.exit_codes import InvalidCommand
 from grazemap.client import Client
 from grazemap.errors import GrazemapError
-from grazemap.local_stack import LocalClient, LocalStack, joined_stack
+from grazemap.local_client import LocalClient
+from grazemap.local_stack import LocalStack, joined_stack
 
 # Seconds that a service on this machine has to answer.
 _PROBE_TIMEOUT = 2.0

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 import grazemap
-from grazemap.local_stack import LocalClient
+from grazemap.local_client import LocalClient
 
 
 @pytest.fixture(scope="session")

@@ -21,7 +21,7 @@ import grazemap
 from grazemap import cli
 from grazemap.checker import check
 from grazemap.errors import JobDismissed, JobFailed, ParameterError
-from grazemap.local_stack import LocalClient
+from grazemap.local_client import LocalClient
 from grazemap.wire import PROCESSES
 from grazemap_worker.numerics import numerics
 from tests.support.digests.documents import Results, fields, here, named

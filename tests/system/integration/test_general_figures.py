@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from grazemap import Oscillator
-from grazemap.local_stack import LocalClient
+from grazemap.local_client import LocalClient
 from grazemap.results import StopGrazingCurves, Structure
 from tests.support.general_figures import FIGURES
 

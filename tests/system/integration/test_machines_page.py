@@ -15,7 +15,7 @@ import pytest
 
 import grazemap
 from grazemap import Oscillator
-from grazemap.local_stack import LocalClient
+from grazemap.local_client import LocalClient
 
 DOCS = Path(__file__).parents[3] / "docs"
 sys.path.insert(0, str(DOCS))

@@ -8,7 +8,7 @@ from matplotlib import pyplot
 
 from examples.pictures import ALIKE, ALIKE_IF_COLOUR_BLIND, colours_of, least_distances
 from grazemap import Oscillator
-from grazemap.local_stack import LocalClient
+from grazemap.local_client import LocalClient
 from grazemap_core.continuation.branches import orbit_branch
 from grazemap_core.model.oscillator import Oscillator as CoreOscillator
 from grazemap_core.orbits.periodic_orbits import periodic_orbit

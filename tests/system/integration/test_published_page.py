@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from grazemap.local_stack import LocalClient
+from grazemap.local_client import LocalClient
 from paper.published.__main__ import PARTS, head
 from paper.published.impact_damper import impact_damper
 from paper.published.one_mass import Family

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from grazemap.local_stack import LocalClient
+from grazemap.local_client import LocalClient
 from paper.codimension_two import computed_points, figure_5, figure_7
 from paper.discontinuity import mapping, unfolding
 from paper.double_grazing import figure_2, figure_3

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from grazemap.local_stack import LocalClient
+from grazemap.local_client import LocalClient
 
 ROOT = Path(__file__).parents[3]
 HEAVY = {"numba", "llvmlite", "scipy", "redis", "rq", "fastapi", "uvicorn", "matplotlib", "xarray", "tqdm"}

@@ -78,6 +78,8 @@ def test_what_is_cached_is_loaded_at_once_and_no_process_is_started(loaded: list
         kernel_folder.record(component)
     kernels = Kernels()
     assert kernels.advance()
+    assert kernels.ready == set(FIRST_STEPS[:1])  # workers are forked with these
+    assert kernels.advance()
     assert loaded == ["+".join(components_of(step)) for step in FIRST_STEPS]
     assert kernels.ready == set(FIRST_STEPS)
     assert kernels._compilers == {}

@@ -85,7 +85,8 @@ class Kernels:
         for compiler in self._compilers.values():
             if (step := self._step_of(compiler)) is not None:
                 self._step_began.setdefault(step, (time.monotonic(), compiling_seconds(step, self._settled)))
-        for name in [name for name in self._wanted if all(map(self._is_settled, components_of(name)))]:
+        compiled = [name for name in self._wanted if all(map(self._is_settled, components_of(name)))]
+        for name in compiled if self.ready else compiled[:1]:  # the first workers do not wait for all of them
             self._load(name)
         for compiler in self._compilers.values():
             if compiler.liveness.hangs(computing=True):

@@ -100,10 +100,6 @@ class Supervisor:
         while not self._stopping:
             self._reap()
             now = time.monotonic()
-            if self._kernels.advance():
-                release_memory()
-                for slot in self._slots:
-                    slot.watched.asked_to_stop = True  # its successor has the new kernels too
             for slot in self._slots:
                 if not slot.pid and slot.restarts.due:
                     self._spawn(slot)
@@ -122,6 +118,11 @@ class Supervisor:
                 except Exception:
                     # an exception, for example from data that another program wrote to Redis, must not end the workers
                     self._log.exception("a round of the reconciler failed")
+            if self._kernels.advance():
+                release_memory()
+                for slot in self._slots:
+                    slot.watched.asked_to_stop = True  # its successor has the new kernels too
+                continue
             time.sleep(_POLL_SECONDS)
         self._kernels.stop()
         self._stop_workers()
