@@ -27,7 +27,7 @@ STACKS := tests/system/chaos
 # one cache of compiled kernels, for the tests and the workers that they start. In recipes paths are relative, whatever
 # the name of this folder is; in variables of the environment they are not, for processes in other folders.
 TEST_CACHE := .cache/grazemap
-WITH_KERNELS := test digests digests-all thorough general hardware verify beside-borders chaotic-transients \
+WITH_KERNELS := test test-portable digests digests-all thorough general hardware verify beside-borders chaotic-transients \
 	long-transients one-period resolve memory chaos executors fairness unfair first-window load small-questions estimates planes \
 	proofs mutants browser resonance tolerance-sizes
 $(WITH_KERNELS): export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
@@ -104,6 +104,10 @@ test: $(RUN_STAMP)  ## every test that needs only this machine
 
 test-native:  #: `make test` with all instructions of this processor (ten minutes)
 	@$(MAKE) --no-print-directory test NATIVE=1
+
+test-portable: export GRAZEMAP_SYSTEM = portable
+test-portable: kernels $(STAMP)  #: the tests of stacks and of the client without what only Linux offers (five minutes)
+	$(BIN)/python -m pytest -n 2 tests/system/service tests/system/worker tests/system/chaos tests/system/integration tests/unit/sdk
 
 all-checks: $(TOOLS_STAMP)  #: every long check, recorded in tests/slow/checks.md (eight hours)
 	$(BIN)/python -m tools.all_checks
@@ -208,6 +212,9 @@ resolve: $(STAMP)  #: 200 points after long transients, resolved and run once mo
 
 memory: $(STAMP)  #: the peak memory of requests at every limit, each for two minutes at most (half an hour)
 	$(BIN)/python -m tests.slow.limits_of_memory
+
+small-machine: $(STAMP)  #: a first start and every example in a control group of 4 GiB, as root (three minutes)
+	$(BIN)/python -m tests.slow.small_machine
 
 # another program's environment, as it needs other versions
 SCHEMATHESIS := .cache/schemathesis

@@ -1,8 +1,7 @@
 """What only Linux offers to processes, and what happens in its place on another system.
 
-Elsewhere a process does not end with its parent, a process that hangs is noticed by its silence alone, the memory of a
-tile is not limited, and the memory of the machine is not known; `not_kept` says so. GRAZEMAP_SYSTEM=portable has Linux
-treated as another system, for tests.
+Elsewhere psutil tells what processes do, and a process looks now and then whether its parent has ended; the memory of a
+tile is not limited (`not_kept`). GRAZEMAP_SYSTEM=portable has Linux treated as another system, for tests.
 """
 
 from __future__ import annotations
@@ -20,8 +19,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 LINUX = sys.platform == "linux" and os.environ.get("GRAZEMAP_SYSTEM") != "portable"
+if not LINUX:
+    import psutil
 _PROC = Path("/proc")
 _CONTROL_GROUPS = Path("/sys/fs/cgroup")
+# The parent of this process, as `die_with_parent` knows it.
+_parent = os.getppid()
 _TICK = 1.0 / os.sysconf("SC_CLK_TCK")
 _PR_SET_PDEATHSIG = 1
 _PR_SET_CHILD_SUBREAPER = 36
@@ -41,10 +44,8 @@ def not_kept() -> list[str]:
     if LINUX:
         return []
     return [
-        "processes may outlive a killed parent",
-        "a process that hangs is noticed by its silence alone",
+        "processes outlive a killed parent for some seconds, and a Redis for good",
         "the memory of a tile is not limited",
-        "the memory of the machine is not known",
     ]
 
 
@@ -68,14 +69,21 @@ def die_with_parent(parent: int, signal_number: int = signal.SIGKILL) -> None:
     Raises
     ------
     OSError
-        The kernel refused. On other systems than Linux nothing is done, and children may outlive a killed parent.
+        The kernel refused. On other systems than Linux nothing is done but for `orphaned`.
     """
+    global _parent
+    _parent = parent
     if _PRCTL is None:
         return
     if _PRCTL(_PR_SET_PDEATHSIG, int(signal_number), 0, 0, 0) != 0:
         raise OSError(ctypes.get_errno(), "prctl(PR_SET_PDEATHSIG)")
     if os.getppid() != parent:
         os.kill(os.getpid(), signal_number)
+
+
+def orphaned() -> bool:
+    """Return whether the parent of this process has ended and the kernel does not end this process then."""
+    return not LINUX and os.getppid() != _parent
 
 
 def tied(signal_number: int = signal.SIGKILL) -> Callable[[], None]:
@@ -102,14 +110,17 @@ class ProcessStat(NamedTuple):
     """The state and the processor time of a process, from the operating system."""
 
     state: str
-    """The letter of its state."""
+    """The letter of its state, as in /proc; elsewhere T if it is stopped, and else S."""
     cpu_seconds: float
     """Its processor time."""
 
 
 def process_stat(pid: int) -> ProcessStat | None:
-    """Return state and processor time of a process; None if it does not exist, or on other systems than Linux."""
+    """Return state and processor time of a process; None if it does not exist."""
     if not LINUX:
+        with suppress(psutil.Error):
+            process = psutil.Process(pid)
+            return ProcessStat("T" if process.status() == psutil.STATUS_STOPPED else "S", sum(process.cpu_times()[:2]))
         return None
     try:
         # the name, in brackets, may have spaces
@@ -120,14 +131,16 @@ def process_stat(pid: int) -> ProcessStat | None:
 
 
 def children_seconds(pid: int) -> float:
-    """Return the processor time of the living children of a process's main thread (Linux; elsewhere 0)."""
+    """Return the processor time of the living children of a process's main thread."""
+    children: list[int] = []
     if not LINUX:
-        return 0.0
-    try:
-        children = (_PROC / str(pid) / "task" / str(pid) / "children").read_text("ascii").split()
-    except OSError:
-        return 0.0
-    return sum(child.cpu_seconds for child in map(process_stat, map(int, children)) if child is not None)
+        with suppress(psutil.Error):
+            children = [child.pid for child in psutil.Process(pid).children()]
+    else:
+        with suppress(OSError):
+            text = (_PROC / str(pid) / "task" / str(pid) / "children").read_text("ascii")
+            children = list(map(int, text.split()))
+    return sum(child.cpu_seconds for child in map(process_stat, children) if child is not None)
 
 
 def release_memory() -> None:
@@ -203,7 +216,7 @@ def limit_memory(more_bytes: int) -> None:
 def machine_memory(proc: Path = _PROC, control_groups: Path = _CONTROL_GROUPS) -> int | None:
     """Return the bytes of memory that the processes of this control group may use together; None: not known."""
     if not LINUX:
-        return None
+        return int(psutil.virtual_memory().total)
     limits = [*_installed_bytes(proc / "meminfo"), *_group_limits(proc / "self" / "cgroup", control_groups)]
     return min(limits, default=None)
 

@@ -7,13 +7,14 @@ NOTIFY_SOCKET names. It replaces a process that no longer sends. Without that va
 from __future__ import annotations
 
 import os
+import signal
 import socket
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from grazemap_worker.system import thread_seconds
+from grazemap_worker.system import orphaned, thread_seconds
 
 VARIABLE = "NOTIFY_SOCKET"
 MESSAGE = b"WATCHDOG=1"
@@ -21,10 +22,15 @@ INTERVAL_SECONDS = 2.0
 
 
 def beat() -> None:
-    """Send a sign of life of this process; never wait, even if the watching process is stopped."""
+    """Send a sign of life of this process, or end it (SIGTERM) if the watching process has ended.
+
+    It never waits, even if the watching process is stopped.
+    """
     address = os.environ.get(VARIABLE)
     if not address:
         return
+    if orphaned():
+        os.kill(os.getpid(), signal.SIGTERM)
     if address.startswith("@"):  # an abstract socket of Linux
         address = "\0" + address[1:]
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sender, suppress(OSError):

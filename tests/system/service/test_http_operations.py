@@ -29,15 +29,16 @@ from grazemap_service.redis_server import RedisServer
 from grazemap_service.settings import ServiceSettings
 from grazemap_worker.store import Store, WorkerInfo, core_version
 from grazemap_worker.store.keys import PREFIX
+from grazemap_worker.system import not_kept
 from tests.support.service_running import CURVE, MAP, problem_of, running
 
 
 def test_ready_says_how_many_workers_there_are_and_what_those_do_that_are_not(client: TestClient, worker: Any) -> None:
     assert client.get("/healthz").json() == {"status": "ok"}
     assert client.head("/healthz").status_code == 200
-    assert client.get("/readyz").json() == {"status": "ready", "workers": 1, "detail": "", "not_kept": []}
+    assert client.get("/readyz").json() == {"status": "ready", "workers": 1, "detail": "", "not_kept": not_kept()}
     worker.store.redis.flushall()
-    nobody = {"status": "ready", "workers": 0, "detail": "No worker is alive yet.", "not_kept": []}
+    nobody = {"status": "ready", "workers": 0, "detail": "No worker is alive yet.", "not_kept": not_kept()}
     assert client.get("/readyz").json() == nobody
     worker.store.workers.set_starting("compiling kernels, step 2 of 4, about 9 s")
     assert client.get("/readyz").json()["detail"] == "Compiling kernels, step 2 of 4, about 9 s."

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
+import psutil
 import pytest
 
 from grazemap_worker import system
@@ -32,10 +35,12 @@ def memory(machine: Path) -> int | None:
     return machine_memory(machine / "proc", machine / "cgroup")
 
 
+@pytest.mark.skipif(not system.LINUX, reason="control groups are of Linux")
 def test_of_a_machine_without_control_groups(machine: Path) -> None:
     assert memory(machine) == 8 * GIB
 
 
+@pytest.mark.skipif(not system.LINUX, reason="control groups are of Linux")
 @pytest.mark.parametrize(
     ("listed", "limits", "expected"),
     [
@@ -58,7 +63,7 @@ def test_of_a_control_group(machine: Path, listed: str, limits: dict[str, str], 
 
 
 def test_where_nothing_is_known(tmp_path: Path) -> None:
-    assert memory(tmp_path) is None
+    assert not system.LINUX or memory(tmp_path) is None
     assert default_memory(4, None) == 2 * GIB
 
 
@@ -129,3 +134,44 @@ def test_memory_is_released_once_after_work_and_rest(monkeypatch: pytest.MonkeyP
     pass_time(2.0, 0.5)
     pass_time(100.0, 0.001)
     assert released == [46.0, 148.0]
+
+
+WATCHED = """
+import subprocess, sys, time
+from grazemap_worker import watchdog
+if sys.argv[1:]:
+    while True:
+        watchdog.beat()
+        time.sleep(0.05)
+child = subprocess.Popen([sys.executable, *sys.orig_argv[1:], "child"])
+print(child.pid, flush=True)
+time.sleep(60)
+"""
+
+
+def test_elsewhere_a_watched_process_ends_soon_after_a_killed_parent(tmp_path: Path) -> None:
+    environment = os.environ | {"GRAZEMAP_SYSTEM": "portable", "NOTIFY_SOCKET": str(tmp_path / "socket")}
+    command = [sys.executable, "-c", WATCHED]
+    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as parent:
+        assert parent.stdout is not None
+        child = psutil.Process(int(parent.stdout.readline()))
+        time.sleep(1.0)
+        assert child.is_running()
+        parent.kill()
+    psutil.wait_procs([child], timeout=10)
+    assert not child.is_running() or child.status() == psutil.STATUS_ZOMBIE
+
+
+def test_elsewhere_processes_are_looked_at_as_on_linux() -> None:
+    code = (
+        "import os, signal, subprocess, sys; from grazemap_worker import system as s;"
+        "assert not s.LINUX; assert s.process_stat(1 << 22) is None; assert s.machine_memory() > 1 << 28;"
+        "child = subprocess.Popen([sys.executable, '-c', 'while True: pass']);"
+        "import time; time.sleep(1.0);"
+        "assert s.children_seconds(os.getpid()) > 0.1 and s.process_stat(child.pid).state != 'T';"
+        "child.send_signal(signal.SIGSTOP); time.sleep(0.2);"
+        "assert s.process_stat(child.pid).state == 'T'; child.kill()"
+    )
+    subprocess.run(
+        [sys.executable, "-c", code], check=True, timeout=60, env=os.environ | {"GRAZEMAP_SYSTEM": "portable"}
+    )

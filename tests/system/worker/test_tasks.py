@@ -16,7 +16,7 @@ import pytest
 from grazemap.codec import Document, decode_npz
 from grazemap.wire import Estimate, GrazingCurvesRequest, Job, UnfoldingMapsRequest, grid_values
 from grazemap_core.errors import ParameterError
-from grazemap_worker import computation, tasks
+from grazemap_worker import computation, system, tasks
 from grazemap_worker.planning import Plan, Tile
 from grazemap_worker.processes import Process
 from grazemap_worker.processes.conversion import Report
@@ -34,6 +34,7 @@ TWO = Plan(rows=2, columns=3, tile_rows=1, tile_columns=3, estimate=Estimate(sec
 ONE = Plan(rows=2, columns=3, tile_rows=2, tile_columns=3, estimate=Estimate(seconds=1.0))
 
 
+MEMORY_IS_LIMITED = pytest.mark.skipif(not system.LINUX, reason="memory is limited on Linux alone")
 SMALL = replace(INFO, name="s", small=True)
 
 
@@ -252,7 +253,9 @@ def aborted_near_the_limit() -> None:
 @pytest.mark.parametrize(
     ("compute", "limits", "megabytes", "kind", "events"),
     [
-        (lambda: bytearray(300 << 20), {}, 200, "too-much-memory", {"failures:memory": 1}),
+        pytest.param(
+            lambda: bytearray(300 << 20), {}, 200, "too-much-memory", {"failures:memory": 1}, marks=MEMORY_IS_LIMITED
+        ),
         (aborted_near_the_limit, {}, 200, "too-much-memory", {"failures:memory": 1}),
         (os.abort, {}, 4000, "worker-lost", {"failures:lost": 10}),
         (

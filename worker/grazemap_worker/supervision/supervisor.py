@@ -31,7 +31,7 @@ from grazemap_worker.store import Store, WorkerInfo, core_version, trouble
 from grazemap_worker.supervision.kernels import Kernels
 from grazemap_worker.supervision.reconciler import INTERVAL_SECONDS, Reconciler
 from grazemap_worker.supervision.watched import SharedWorkerState
-from grazemap_worker.system import adopt_orphans, die_with_parent, limit_memory, release_memory
+from grazemap_worker.system import adopt_orphans, die_with_parent, limit_memory, orphaned, release_memory
 
 _POLL_SECONDS = 0.1
 # Maximum number of workers for small tiles. The service is one process: more workers would only wait for its requests.
@@ -284,7 +284,7 @@ def _be_a_worker(
         limit_memory(settings.memory_bytes)
 
     def stopping() -> bool:
-        return watched.asked_to_stop
+        return watched.asked_to_stop or orphaned()
 
     store = Store(settings.connect(_WORKER_TRIES), settings.result_bytes)
     memory, report = settings.memory_bytes, watched.report_small_tile
