@@ -7,6 +7,9 @@ for maps whose points share no tables. A kernel that several components use is c
 
     python -m grazemap_core.warmup lockstep
     python -m grazemap_core.warmup curves trajectories classification orbits
+
+Without names all components are compiled; with "-" those whose names arrive as lines on the standard input, until it
+ends.
 """
 
 from __future__ import annotations
@@ -111,9 +114,6 @@ _COMPONENTS: dict[str, Callable[[Oscillator], None]] = {
     "map_observables": _map_observables,
 }
 
-_FIRST = ("curves", "trajectories", "classification", "orbits", "lockstep")
-"""What computations without observables need, whose points share tables."""
-
 
 def load(components: Iterable[str]) -> None:
     """Load the kernels of components, for both kinds of damping; compile those that are not cached."""
@@ -138,4 +138,5 @@ def compile_components(components: Iterable[str]) -> None:
 
 
 if __name__ == "__main__":
-    compile_components(sys.argv[1:] or _FIRST)
+    names = sys.argv[1:] or list(_COMPONENTS)
+    compile_components((line.strip() for line in sys.stdin) if names == ["-"] else names)

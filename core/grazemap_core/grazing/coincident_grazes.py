@@ -223,7 +223,6 @@ class _ZeroSearch(ABC):
 
     def _zero(self, ends: Floats, place: _PeakPairs) -> float | None:
         """Return the zero between two ends, where the function is monotone; None if there is none."""
-
         from scipy.optimize import brentq  # half as long to import as all that a grazing curve needs
 
         def value(omega: float) -> float:

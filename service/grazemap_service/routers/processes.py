@@ -26,7 +26,6 @@ from grazemap_service.limits import checked_plan
 from grazemap_service.openapi import SUBMISSION_KINDS, problem_responses
 from grazemap_service.request_body import JsonRoute
 from grazemap_service.routers.results import result_response
-from grazemap_worker.planning.kernel_steps import compiling_seconds, components_of, is_step
 from grazemap_worker.processes import kernels_of
 from grazemap_worker.store import Requester
 from grazemap_worker.store.records import JobEvent
@@ -164,12 +163,15 @@ def _compiling_notes(context: Context, process: str, request: ProcessRequest) ->
     kernels, ready = kernels_of(process, request), context.store.workers.kernels(context.core_version)
     if ready is None or kernels in ready:
         return []
-    compiled = {component for step in ready if is_step(step) for component in components_of(step)}
-    seconds = compiling_seconds(kernels, compiled)
+    seconds = context.store.workers.wait(kernels)
+    if seconds < _LOADED_SECONDS:
+        return []
     detail = f"kernels are compiled first, usually in about {seconds:.0f} s, which the estimate does not contain"
     return [Note(code="compiles-first", detail=detail)]
 
 
+# A shorter wait is not worth a note: kernels that are compiled are loaded in this time.
+_LOADED_SECONDS = 2.0
 router = APIRouter(route_class=JsonRoute, tags=["processes"])
 for _process, _model in PROCESSES.items():
     _model.build()  # FastAPI's validator of a model that is built later would warn at the first request

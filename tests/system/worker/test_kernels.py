@@ -15,7 +15,7 @@ import pytest
 from grazemap.wire import parse_request
 from grazemap_core import kernel_folder, warmup
 from grazemap_worker import liveness
-from grazemap_worker.planning.kernel_steps import FIRST_STEPS, compiling_seconds, components_of, is_step
+from grazemap_worker.planning.kernel_steps import COMPONENT_SECONDS, FIRST_STEPS, components_of, is_step
 from grazemap_worker.processes import kernels_of
 from grazemap_worker.supervision import kernels as kernels_module
 from grazemap_worker.supervision.kernels import Kernels
@@ -86,19 +86,35 @@ def test_what_is_cached_is_loaded_at_once_and_no_process_is_started(loaded: list
     assert not kernels.advance()
 
 
-def test_steps_are_ready_one_after_another_while_two_processes_compile(loaded: list[str]) -> None:
+def test_steps_are_ready_one_after_another_while_two_processes_compile(
+    loaded: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    now = [100.0]
+    monkeypatch.setattr(kernels_module.time, "monotonic", lambda: now[0])
+    seconds = COMPONENT_SECONDS
     kernels = Kernels()
     assert not kernels.advance()
     components = [compiler.components for compiler in kernels._compilers.values()]
-    assert components == [["trajectories", "classification", "orbits"], ["curves", "lockstep"]]
-    texts = kernels.status_texts()
-    assert texts["curves"] == "kernels for curves, compiling for 0 s (about 6 s usually)"
-    assert texts["trajectories"] == "kernels for trajectories, compiling for 0 s (about 13 s usually)"
-    assert texts["maps"] == "kernels for maps, after others"
+    assert components == [["curves", "trajectories", "classification", "orbits"], ["lockstep"]]
+    waits = kernels.waits()
+    assert waits["curves"] == seconds["curves"]
+    assert waits["trajectories"] == seconds["curves"] + seconds["trajectories"]
+    names = waits["trajectories"] + seconds["classification"]
+    assert waits["maps"] == max(names, seconds["lockstep"])
+    assert waits["orbits"] == names + seconds["orbits"]
+    assert waits["apart_maps"] == seconds["lockstep"] + seconds["apart"]  # nobody waits for it yet
+    assert kernels.status_texts()["maps"] == f"kernels for maps, ready in about {waits['maps']:.0f} s"
+    now[0] += 1.5 * seconds["curves"]
     kernel_folder.record("curves")  # as the process does
     assert kernels.advance()
     assert kernels.ready == {"curves"} == set(loaded)
-    assert kernels.status_texts()["maps"] == "kernels for maps, compiling for 0 s (about 34 s usually)"
+    assert kernels.waits()["trajectories"] == 1.5 * seconds["trajectories"]  # this machine is slow
+    kernels.want(["apart_maps", "observables"])
+    assert not kernels.advance()
+    assert [compiler.components for compiler in kernels._compilers.values()] == [
+        ["trajectories", "classification", "orbits", "observables"],
+        ["lockstep", "apart"],
+    ]
     assert not kernels.advance()
     kernel_folder.record("lockstep")
     assert not kernels.advance()  # a map also needs what names its motions
@@ -137,17 +153,20 @@ def test_what_failed_without_being_killed_is_left_to_loading(loaded: list[str]) 
     assert loaded == ["curves"]
 
 
-def test_the_time_of_a_step_counts_from_its_first_component(loaded: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_wait_for_a_step_gets_shorter_with_each_component(
+    loaded: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     now = [100.0]
     monkeypatch.setattr(kernels_module.time, "monotonic", lambda: now[0])
     kernels = Kernels(["maps"])
     monkeypatch.setattr(kernels_module, "available_cores", lambda: 1)
     kernels.advance()
-    now[0] += 10.0
-    kernel_folder.record("classification")
-    kernels.advance()  # the process goes on with the lanes; nobody has asked for the text yet
+    kernel_folder.record("classification")  # by another stack: it says nothing of this machine's pace
+    kernels.advance()
     now[0] += 5.0
-    assert kernels.status_texts()["maps"].startswith("kernels for maps, compiling for 15 s")
+    assert kernels.waits()["maps"] == COMPONENT_SECONDS["lockstep"] - 5.0
+    now[0] += 100.0
+    assert kernels.waits()["maps"] == 0.0
     end(kernels)
 
 
@@ -215,7 +234,6 @@ def test_every_process_names_a_step() -> None:
         process = name.partition(" ")[0]
         step = kernels_of(process, parse_request(process, body))
         assert step in FIRST_STEPS
-        assert compiling_seconds(step) > 0.0
 
 
 @pytest.mark.parametrize(
@@ -235,7 +253,6 @@ def test_points_that_share_no_tables_need_a_step_of_their_own(
     assert step == expected
     assert is_step(step)
     assert ("apart" in components_of(step)) is expected.startswith("apart")
-    assert compiling_seconds(step) >= compiling_seconds(step.removeprefix("apart_"))
 
 
 @pytest.mark.timeout(600)  # the kernels may have to be compiled

@@ -6,13 +6,13 @@ steps may have in common.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 
 OF_LANES = ("lockstep", "apart")
 """The components that carry the lanes of maps."""
 _OF_ORBITS = ("curves", "trajectories", "orbits")
 _OF_MAPS = ("classification", "lockstep")
-_STEPS: dict[str, tuple[str, ...]] = {
+STEPS: dict[str, tuple[str, ...]] = {
     "curves": ("curves",),
     "trajectories": ("trajectories",),
     "maps": _OF_MAPS,
@@ -21,35 +21,30 @@ _STEPS: dict[str, tuple[str, ...]] = {
     "observables": (*_OF_ORBITS, "observables"),
     "map_observables": (*_OF_ORBITS, *_OF_MAPS, "map_observables"),
 }
-_STEPS |= {f"apart_{name}": (*_STEPS[name], "apart") for name in ("maps", "diagrams", "map_observables")}
+STEPS |= {f"apart_{name}": (*STEPS[name], "apart") for name in ("maps", "diagrams", "map_observables")}
 FIRST_STEPS = ("curves", "trajectories", "maps", "orbits", "diagrams")
 """The steps of a first start, in their order: computations without observables."""
-# Processor time in which a process compiles a component, after those that come before it at a first start.
-_COMPONENT_SECONDS = {
+COMPONENT_SECONDS = {
     "curves": 6.0,
-    "trajectories": 13.0,
-    "classification": 24.0,
-    "orbits": 24.0,
-    "lockstep": 34.0,
-    "apart": 39.0,
+    "trajectories": 17.0,
+    "classification": 18.0,
+    "orbits": 20.0,
+    "lockstep": 37.0,
+    "apart": 34.0,
     "observables": 5.0,
-    "map_observables": 11.0,
+    "map_observables": 6.0,
 }
+"""Processor time in which a process compiles a component, after those that come before it at a first start."""
 
 
 def is_step(name: str) -> bool:
     """Return whether a step has this name."""
-    return name in _STEPS
+    return name in STEPS
 
 
 def components_of(step: str) -> tuple[str, ...]:
     """Return the components of a step."""
-    return _STEPS[step]
-
-
-def compiling_seconds(step: str, compiled: Collection[str] = ()) -> float:
-    """Return about how long two processes take to compile a step, without the components that are compiled already."""
-    return max(map(_seconds, shares([component for component in components_of(step) if component not in compiled])))
+    return STEPS[step]
 
 
 def shares(missing: Sequence[str]) -> tuple[list[str], list[str]]:
@@ -70,4 +65,4 @@ def shares(missing: Sequence[str]) -> tuple[list[str], list[str]]:
 
 
 def _seconds(components: Sequence[str]) -> float:
-    return sum(_COMPONENT_SECONDS[component] for component in components)
+    return sum(COMPONENT_SECONDS[component] for component in components)

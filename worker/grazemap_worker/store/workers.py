@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, fields
 
 from grazemap_worker.store.connection import Scripts
@@ -10,7 +11,7 @@ from grazemap_worker.store.keys import FINGERPRINT_REMEMBERED, PREFIX
 from grazemap_worker.store.records import WorkerInfo
 
 _FIELDS = {field.name for field in fields(WorkerInfo)} - {"name"}
-_STARTING = f"{PREFIX}starting"
+_STARTING, _WAITS = f"{PREFIX}starting", f"{PREFIX}kernel-waits"
 # Seconds for which a text about starting workers or compiling kernels is valid.
 _TEXT_SECONDS = 5
 
@@ -69,6 +70,16 @@ class Workers:
     def set_compiling(self, kernels: str, text: str) -> None:
         """Store for a few seconds a text about kernels that jobs wait for; an empty one removes it."""
         self._set_text(f"{PREFIX}compiling:{kernels}", text)
+
+    def set_waits(self, seconds: Mapping[str, float]) -> None:
+        """Store for a few seconds in how many seconds kernels that no worker has are ready, if a job needs them."""
+        self._set_text(_WAITS, json.dumps(dict(seconds)))
+
+    def wait(self, kernels: str) -> float:
+        """Return in how many seconds kernels are ready; 0 where that is not known, or they are."""
+        value = self._scripts.redis.get(_WAITS)
+        seconds: dict[str, float] = json.loads(value) if value else {}
+        return seconds.get(kernels, 0.0)
 
     def _set_text(self, key: str, text: str) -> None:
         if text:

@@ -14,10 +14,12 @@ import signal
 import subprocess
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
 from importlib import import_module
 from pkgutil import walk_packages
+from typing import IO
 
 import structlog
 
@@ -27,13 +29,23 @@ from grazemap_core import kernel_folder, warmup
 from grazemap_worker import watchdog
 from grazemap_worker.environment import ONE_THREAD
 from grazemap_worker.liveness import Liveness
-from grazemap_worker.planning.kernel_steps import FIRST_STEPS, compiling_seconds, components_of, is_step, shares
+from grazemap_worker.planning.kernel_steps import (
+    COMPONENT_SECONDS,
+    FIRST_STEPS,
+    OF_LANES,
+    STEPS,
+    components_of,
+    is_step,
+    shares,
+)
 from grazemap_worker.system import available_cores, tied
 
 # A compiling process may be killed, for example when memory is short. After so many killed attempts, a component is
 # given up here, and is compiled when a tile needs it.
 _MAX_TRIES = 3
 _MAX_PROCESSES = 2
+# A component that took a smaller share of its usual time was compiled by another stack, or most of its kernels were.
+_CACHED_SHARE = 0.3
 # The lowest priority: questions are answered, and tiles are computed, before kernels are compiled.
 _NICENESS = 19
 
@@ -48,6 +60,33 @@ class _Compiler:
     """Tells whether the process hangs."""
     components: list[str]
     """The components that are not compiled yet; the process compiles the first of them now."""
+    began: float
+    """When it began with this one."""
+    given: set[str] = field(default_factory=set)
+    """All components that it was given."""
+
+    def give(self, component: str) -> None:
+        """Have the process compile a component after the others."""
+        self.given.add(component)
+        self.components.append(component)
+        with suppress(BrokenPipeError):  # it has ended, and its components are compiled by another one
+            self._input.write(f"{component}\n".encode())
+            self._input.flush()
+
+    @property
+    def ends(self) -> bool:
+        """Whether the process was told to end."""
+        return self._input.closed
+
+    def end(self) -> None:
+        """Let the process end when it has compiled its components."""
+        with suppress(BrokenPipeError):
+            self._input.close()
+
+    @property
+    def _input(self) -> IO[bytes]:
+        assert self.process.stdin is not None
+        return self.process.stdin
 
 
 class Kernels:
@@ -63,7 +102,8 @@ class Kernels:
         self._wanted: list[str] = []
         self._settled: set[str] = set()
         self._given_up: set[str] = set()
-        self._step_began: dict[str, tuple[float, float]] = {}  # when, and how long it usually takes
+        # seconds in which components were compiled here, and in which they usually are
+        self._took = self._usual = 0.0
         self._compilers: dict[int, _Compiler] = {}
         self._tries: Counter[str] = Counter()
         self._reported_ready = 0
@@ -80,11 +120,11 @@ class Kernels:
         """Load compiled steps and start compiling others; return whether a step became ready since the last call."""
         for compiler in self._compilers.values():
             while compiler.components and self._is_settled(compiler.components[0]):
-                compiler.components.pop(0)
+                usual, now = COMPONENT_SECONDS[compiler.components.pop(0)], time.monotonic()
+                if now - compiler.began > _CACHED_SHARE * usual:
+                    self._took, self._usual = self._took + now - compiler.began, self._usual + usual
+                compiler.began = now
         self._compile()
-        for compiler in self._compilers.values():
-            if (step := self._step_of(compiler)) is not None:
-                self._step_began.setdefault(step, (time.monotonic(), compiling_seconds(step, self._settled)))
         compiled = [name for name in self._wanted if all(map(self._is_settled, components_of(name)))]
         for name in compiled if self.ready else compiled[:1]:  # the first workers do not wait for all of them
             self._load(name)
@@ -107,6 +147,7 @@ class Kernels:
         if compiler is None:
             return
         compiler.process.returncode = code
+        compiler.end()
         for component in [component for component in compiler.components if not self._is_settled(component)][:1]:
             self._tries[component] += 1
             self._log.warning("kernels not compiled", kernels=component, status=code, tries=self._tries[component])
@@ -117,16 +158,35 @@ class Kernels:
                 self._settled.add(component)
                 self._given_up.add(component)
 
-    def status_texts(self) -> dict[str, str]:
-        """Return a text for each step that is not ready: what is being compiled, and for how long."""
-        texts = {name: f"{_label(name)}, after others" for name in self._wanted}
+    def waits(self) -> dict[str, float]:
+        """Return for each step that is not ready in how many seconds it usually is, if it is wanted now."""
+        pace = self._took / self._usual if self._usual else 1.0
+        done: dict[str, float] = {}
+        free = [0.0] * (min(_MAX_PROCESSES, available_cores()) - len(self._compilers))
         for compiler in self._compilers.values():
-            name = self._step_of(compiler)
-            if name is not None:
-                began, usual = self._step_began.get(name, (time.monotonic(), compiling_seconds(name, self._settled)))
-                took = time.monotonic() - began
-                texts[name] = f"{_label(name)}, compiling for {took:.0f} s (about {usual:.0f} s usually)"
-        return texts
+            after, spent = 0.0, time.monotonic() - compiler.began
+            for component in compiler.components:
+                after += max(pace * COMPONENT_SECONDS[component] - spent, 0.0)
+                done[component], spent = after, 0.0
+            free.append(after)
+        waits: dict[str, float] = {}
+        for step in [*self._wanted, *STEPS]:
+            if step not in waits and step not in self.ready:
+                ends, processes = dict(done), list(free)
+                for component in components_of(step):
+                    if component not in ends and not self._is_settled(component):
+                        place = processes.index(min(processes))
+                        processes[place] += pace * COMPONENT_SECONDS[component]
+                        ends[component] = processes[place]
+                waits[step] = max((ends.get(component, 0.0) for component in components_of(step)), default=0.0)
+                if step in self._wanted:
+                    done, free = ends, processes
+        return waits
+
+    def status_texts(self) -> dict[str, str]:
+        """Return a text for each wanted step: in how many seconds it is ready."""
+        waits = self.waits()
+        return {name: f"{_label(name)}, ready in about {waits[name]:.0f} s" for name in self._wanted}
 
     def stop(self) -> None:
         """Kill the compiling processes, and wait for their ends."""
@@ -134,11 +194,7 @@ class Kernels:
             compiler.process.kill()
         for compiler in self._compilers.values():
             compiler.process.wait()
-
-    def _step_of(self, compiler: _Compiler) -> str | None:
-        """Return the first wanted step that needs the component which a process compiles now; None if there is none."""
-        component = next(iter(compiler.components), None)
-        return next((name for name in self._wanted if component in components_of(name)), None)
+            compiler.end()
 
     def _is_settled(self, component: str) -> bool:
         """Return whether a component is not to be compiled any more: it is in the cache, or its compilation has failed.
@@ -150,19 +206,45 @@ class Kernels:
         return component in self._settled
 
     def _compile(self) -> None:
-        """Start processes for the wanted components that no process compiles yet."""
-        max_processes = min(_MAX_PROCESSES, available_cores())
+        """Give the wanted components that no process compiles yet to processes, and let those end that have none."""
         being_compiled = {component for compiler in self._compilers.values() for component in compiler.components}
         wanted = dict.fromkeys(component for name in self._wanted for component in components_of(name))
         missing = [name for name in wanted if name not in being_compiled and not self._is_settled(name)]
-        for components in shares(missing) if max_processes - len(self._compilers) > 1 else (missing,):
-            if components and len(self._compilers) < max_processes:
-                command = module_command("grazemap_core.warmup", *components)
-                environment = {**os.environ, **dict.fromkeys(ONE_THREAD, "1"), **kernel_folder.environment()}
-                process = subprocess.Popen(
-                    command, stdin=subprocess.DEVNULL, process_group=0, preexec_fn=_guest(), env=environment
-                )
-                self._compilers[process.pid] = _Compiler(process, Liveness(process.pid), list(components))
+        free = min(_MAX_PROCESSES, available_cores()) - len(self._compilers)
+        if free > 0:
+            for components in shares(missing) if free > 1 else (missing,):
+                if components:
+                    self._start(components)
+        else:
+            for component in missing:
+                self._give_to_one_that_runs(component)
+        for compiler in self._compilers.values():
+            if not compiler.components:
+                compiler.end()
+
+    def _start(self, components: Sequence[str]) -> None:
+        command = module_command("grazemap_core.warmup", "-")
+        environment = {**os.environ, **dict.fromkeys(ONE_THREAD, "1"), **kernel_folder.environment()}
+        process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, process_group=0, preexec_fn=_guest(), env=environment
+        )
+        compiler = _Compiler(process, Liveness(process.pid), [], time.monotonic())
+        self._compilers[process.pid] = compiler
+        for component in components:
+            compiler.give(component)
+
+    def _give_to_one_that_runs(self, component: str) -> None:
+        """Give a component to the process that compiles lanes if it is one of these, else to the one with less to do.
+
+        What a process has compiled it need not compile again, and the components of lanes have much in common.
+        """
+        running = [compiler for compiler in self._compilers.values() if not compiler.ends]
+        of_lanes = [compiler for compiler in running if not compiler.given.isdisjoint(OF_LANES)]
+        for compiler in sorted((component in OF_LANES and of_lanes) or running, key=self._seconds_left)[:1]:
+            compiler.give(component)
+
+    def _seconds_left(self, compiler: _Compiler) -> float:
+        return sum(COMPONENT_SECONDS[component] for component in compiler.components)
 
     def _load(self, name: str) -> None:
         """Load a step, unless one of its components was given up: this process would compile the component."""

@@ -133,6 +133,7 @@ class Supervisor:
         for name, text in texts.items():
             self._store.workers.set_compiling(name, text)
         self._store.workers.set_starting(next(iter(texts.values()), ""))
+        self._store.workers.set_waits(self._kernels.waits())
 
     def _kill_if_it_hangs(self, slot: _Slot) -> None:
         reason = self._hangs(slot)
