@@ -251,7 +251,8 @@ small-questions: kernels $(STAMP)  #: the time from a small question to its answ
 cold-start: $(STAMP)  #: from the first start to the first curve, trajectory and map, by steps (fifteen minutes)
 	$(BIN)/python -m tools.cold_start
 
-kernels-wheel: $(RUN_STAMP)  #: compile the kernels ahead of time for x86-64-v3, into dist/grazemap_kernels-*.whl (three minutes)
+kernels-wheel: $(RUN_STAMP)  #: into dist/ the wheel, and that of the kernels, compiled ahead of time for x86-64-v3 (three minutes)
+	$(BIN)/python -m hatchling build -t wheel -d dist
 	$(BIN)/python tools/kernels_wheel.py dist
 
 estimates: $(STAMP)  #: the processor time of random requests of every process, over its estimate (ten minutes)

@@ -1,8 +1,8 @@
 """The wheel `grazemap-kernels`: the kernels of this version, compiled ahead of time for processors of x86-64-v3.
 
-`python tools/kernels_wheel.py [FOLDER]` (`make kernels-wheel`) compiles every step of a first start and packs what that
-has stored into a wheel in FOLDER (dist). It is for this Python and these versions of numba, llvmlite and numpy, which
-it requires. It takes some two minutes and needs a processor of that level.
+`python tools/kernels_wheel.py [FOLDER]` (`make kernels-wheel`) compiles all kernels and packs what that has stored into a
+wheel in FOLDER (dist). It is for this Python and these versions of numba, llvmlite and numpy, which it requires. It
+takes some three minutes and needs a processor of that level.
 """
 
 from __future__ import annotations
