@@ -1,7 +1,7 @@
 """The wheel `grazemap-kernels`: the kernels of this version, compiled ahead of time for processors of x86-64-v3.
 
-`python tools/kernels_wheel.py [FOLDER]` (`make kernels-wheel`) compiles all kernels and packs what that has stored into a
-wheel in FOLDER (dist). It is for this Python and these versions of numba, llvmlite and numpy, which it requires. It
+`python tools/kernels_wheel.py [FOLDER]` (`make kernels-wheel`) compiles all kernels and packs what that has stored into
+a wheel in FOLDER (dist). It is for this Python and these versions of numba, llvmlite and numpy, which it requires. It
 takes some three minutes and needs a processor of that level.
 """
 
