@@ -59,3 +59,6 @@ ENGINEERING_UNITS: Final = {"rad/s": ("Hz", 1.0 / (2.0 * math.pi)), "m": ("mm", 
 # Every number of a request is 0, or has a modulus between these, in any unit.
 SMALLEST_NUMBER: Final = 1e-60
 LARGEST_NUMBER: Final = 1e60
+
+# The endings of files that tables are written to.
+TABLE_FILES: Final = (".csv", ".xlsx", ".parquet")

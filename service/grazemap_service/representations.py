@@ -26,10 +26,13 @@ from grazemap.codec import Document, decode_npz, iter_json
 from grazemap.npz import unpacked_size
 from grazemap.results import class_of
 from grazemap_service.problems import ProblemException
+from grazemap_service.rendered import RENDERED_TYPES, rendered
 
 NPZ_TYPE = "application/x-npz"
 # Names and media types, in the order of the server's preference.
 MEDIA_TYPES = {"json": "application/json", "npz": NPZ_TYPE}
+RESULT_TYPES = {**MEDIA_TYPES, **RENDERED_TYPES}
+"""The same of whole results, which are also sent as tables and pictures."""
 _ALIASES = {"application/zip": "npz", "application/octet-stream": "npz"}
 # clients must revalidate: a result that was evicted and computed again with other numerics has another ETag
 _CACHE_CONTROL = "private, no-cache"
@@ -45,8 +48,8 @@ _CHUNK_BYTES = 1 << 16
 _AT_A_TIME = 2
 
 
-def negotiate(accept: str, requested_form: str | None) -> str:
-    """Return the form of the representation to send: a key of `MEDIA_TYPES`.
+def negotiate(accept: str, requested_form: str | None, forms: Mapping[str, str] = MEDIA_TYPES) -> str:
+    """Return the form of the representation to send: a key of `forms`.
 
     Parameters
     ----------
@@ -58,19 +61,21 @@ def negotiate(accept: str, requested_form: str | None) -> str:
         no number is ignored.
     requested_form : str or None
         The query parameter f, which overrides the Accept header.
+    forms : mapping
+        Names and media types that can be sent, in the order of preference.
 
     Raises
     ------
     ProblemException
         "not-acceptable".
     """
-    available = "Available are " + ", ".join(f"{media} (?f={name})" for name, media in MEDIA_TYPES.items()) + "."
+    available = "Available are " + ", ".join(f"{media} (?f={name})" for name, media in forms.items()) + "."
     if requested_form is not None:
-        if requested_form not in MEDIA_TYPES:
+        if requested_form not in forms:
             raise ProblemException("not-acceptable", available)
         return requested_form
     ranges = _ranges(accept or "*/*")
-    weights = {form: _weight(media, form, ranges) for form, media in MEDIA_TYPES.items()}
+    weights = {form: _weight(media, form, ranges) for form, media in forms.items()}
     best = max(weights, key=lambda form: weights[form])  # max keeps the first of equals
     if weights[best][0] <= 0:
         raise ProblemException("not-acceptable", available)
@@ -113,13 +118,16 @@ def is_fresh(if_none_match: str, etag: str) -> bool:
     return etag in re.findall(r'"[^"]*"', if_none_match)
 
 
-def cache_headers(digest: str, form: str) -> dict[str, str]:
-    """Return the headers of a representation of a result, from the digest of the stored npz."""
-    return {"ETag": f'"{digest}-{form}"', "Vary": "Accept", "Cache-Control": _CACHE_CONTROL}
+def cache_headers(digest: str, form: str, table: str = "") -> dict[str, str]:
+    """Return the headers of a representation of a result, or of a table, from the digest of the stored npz."""
+    name = f"{form}-{table}" if table else form
+    return {"ETag": f'"{digest}-{name}"', "Vary": "Accept", "Cache-Control": _CACHE_CONTROL}
 
 
-def render(npz: bytes, form: str) -> bytes:
-    """Return a stored result in the requested form; this takes time for a large result."""
+def render(npz: bytes, form: str, table: str = "") -> bytes:
+    """Return a stored result, or a table of it, in the requested form; this takes time for a large result."""
+    if form in RENDERED_TYPES:
+        return rendered(npz, form, table)
     return npz if form == "npz" else b"".join(iter_json(*_for_json(npz)))
 
 
@@ -174,7 +182,7 @@ class RepresentationCache:
         return sum(entry.size for entry in self._entries.values() if entry.users)
 
     async def acquire(
-        self, etag: str, form: str, size: int, load: Callable[[], bytes | None]
+        self, etag: str, form: str, size: int, load: Callable[[], bytes | None], table: str = ""
     ) -> CachedRepresentation | None:
         """Return a representation, or None if the result is no longer stored.
 
@@ -185,11 +193,13 @@ class RepresentationCache:
         etag : str
             ETag of the representation.
         form : str
-            A key of `MEDIA_TYPES`.
+            A key of `MEDIA_TYPES` or `RENDERED_TYPES`.
         size : int
             Bytes of the stored npz.
         load : callable
             Returns the stored npz, or None if it is no longer stored; may block.
+        table : str
+            The name of a table, in a form that is one.
         """
         lock = self._locks.setdefault(etag, anyio.Lock())
         async with lock:
@@ -199,15 +209,17 @@ class RepresentationCache:
                 self._entries.move_to_end(etag)
                 return entry
             if size > LARGE_BYTES:
-                return await self._in_turn(etag, form, load)
+                return await self._in_turn(etag, form, load, table)
             npz = await run_sync(load, limiter=self._limiter)
             if npz is None:
                 return None
             if form == "json" and unpacked_size(npz) > LARGE_BYTES:
                 return await self._in_turn(etag, form, lambda: npz)
-            return self._add(etag, await run_sync(_whole, npz, form, limiter=self._limiter))
+            return self._add(etag, await run_sync(_whole, npz, form, table, limiter=self._limiter))
 
-    async def _in_turn(self, etag: str, form: str, load: Callable[[], bytes | None]) -> CachedRepresentation | None:
+    async def _in_turn(
+        self, etag: str, form: str, load: Callable[[], bytes | None], table: str = ""
+    ) -> CachedRepresentation | None:
         """Return a large representation, as soon as the representations being sent take at most `sent_bytes`."""
         async with self._large_lock:
             while self.bytes_in_use > self._sent_bytes:
@@ -216,7 +228,7 @@ class RepresentationCache:
             npz = await run_sync(load, limiter=self._limiter)
             if npz is None:
                 return None
-            return self._add(etag, await run_sync(_large, npz, form, limiter=self._limiter))
+            return self._add(etag, await run_sync(_large, npz, form, table, limiter=self._limiter))
 
     def _add(self, etag: str, entry: CachedRepresentation) -> CachedRepresentation:
         entry.users = 1
@@ -248,7 +260,7 @@ class ResultResponse(StreamingResponse):
         headers: Mapping[str, str],
     ) -> None:
         length = {} if representation.length is None else {"Content-Length": str(representation.length)}
-        super().__init__(representation.chunks(), headers={**headers, **length}, media_type=MEDIA_TYPES[form])
+        super().__init__(representation.chunks(), headers={**headers, **length}, media_type=RESULT_TYPES[form])
         self._representation, self._cache = representation, cache
         self._dropped = finalize(self, _release_in, asyncio.get_running_loop(), cache, representation)
         self._dropped.atexit = False
@@ -270,14 +282,14 @@ def _release_in(
         loop.call_soon_threadsafe(cache.release, representation)
 
 
-def _whole(npz: bytes, form: str) -> CachedRepresentation:
-    content = render(npz, form)
+def _whole(npz: bytes, form: str, table: str) -> CachedRepresentation:
+    content = render(npz, form, table)
     return CachedRepresentation(content, len(content))
 
 
-def _large(npz: bytes, form: str) -> CachedRepresentation:
-    if form == "npz":
-        return CachedRepresentation(npz, len(npz))
+def _large(npz: bytes, form: str, table: str) -> CachedRepresentation:
+    if form != "json":
+        return _whole(npz, form, table)
     return CachedRepresentation(_for_json(npz), unpacked_size(npz))
 
 

@@ -8,13 +8,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from grazemap import constants
 from grazemap.cli.exit_codes import InvalidCommand
 
 if TYPE_CHECKING:
     from grazemap.results import Result
 
 PICTURES = (".png", ".svg", ".pdf")
-OUTPUTS = (".npz", ".json", *PICTURES)
+OUTPUTS = (".npz", ".json", *constants.TABLE_FILES, *PICTURES)
 
 
 @contextmanager
@@ -62,7 +63,7 @@ def read(path: Path) -> Result:
 def write(what: str, path: Path, result: Result, engineering: bool = False) -> None:
     """Write a result as the ending of the path says, and print the path. Raises OSError.
 
-    With `engineering` a picture has Hz and mm in place of rad/s and m.
+    With `engineering` a picture or a table has Hz and mm in place of rad/s and m.
     """
     with naming_errors(what, path):
         if path.suffix in PICTURES:
@@ -70,5 +71,5 @@ def write(what: str, path: Path, result: Result, engineering: bool = False) -> N
 
             save_picture(result, path, engineering)
         else:
-            result.save(path)
+            result.save(path, engineering_units=engineering and path.suffix in constants.TABLE_FILES)
     print(path)

@@ -8,6 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from grazemap.cli import files
 from grazemap.cli.flags import add_flags, example
 from grazemap.wire import PROCESSES
 
@@ -60,7 +61,7 @@ def _arguments(process: str, plans: bool) -> argparse.ArgumentParser:
         )
         return parser
     group.add_argument(
-        "-o", "--output", type=Path, metavar="FILE", help="file of the result: .npz, .json, .png, .svg or .pdf"
+        "-o", "--output", type=Path, metavar="FILE", help=f"file of the result: {', '.join(files.OUTPUTS)}"
     )
     group.add_argument("--plot", type=Path, metavar="FILE", help="picture of the result: .png, .svg or .pdf")
     group.add_argument(

@@ -9,6 +9,7 @@ from inspect import signature
 from pathlib import Path
 from typing import Any
 
+from grazemap import constants
 from grazemap.cli import files
 from grazemap.cli.exit_codes import DONE, InvalidCommand
 from grazemap.plots import save_picture
@@ -45,12 +46,15 @@ def add_arguments(command: argparse.ArgumentParser, name: str) -> None:
         return
     command.add_argument("result", type=Path, metavar="FILE", help="a .npz or .json file")
     command.set_defaults(command=_show if name == "show" else _plot)
-    if name == "show":
-        return
-    command.add_argument("-o", "--output", type=Path, metavar="FILE", help="default: the result's name with .png")
     command.add_argument(
         "--engineering-units", action="store_true", help="Hz and mm in place of rad/s and m; for a result in SI"
     )
+    if name == "show":
+        endings = ", ".join(constants.TABLE_FILES)
+        command.add_argument("-o", "--output", type=Path, metavar="FILE", help=f"write a table to a file: {endings}")
+        command.add_argument("--table", metavar="NAME", help="the table, as `grazemap show` names it")
+        return
+    command.add_argument("-o", "--output", type=Path, metavar="FILE", help="default: the result's name with .png")
     command.add_argument(
         "--over",
         type=Path,
@@ -80,15 +84,21 @@ def _plot(options: argparse.Namespace) -> int:
     output = options.output or options.result.with_suffix(".png")
     if output.suffix not in files.PICTURES:
         raise InvalidCommand(f"the picture must end in one of {', '.join(files.PICTURES)}")
-    result = files.read(options.result)
+    result = _read(options)
     files.check_drawn(result.process)
-    if options.engineering_units and result.units != "SI":
-        raise InvalidCommand("--engineering-units is for results in SI, and this one is nondimensional")
     keywords = _overlays(result, options.over) | _quantity(result, options.quantity)
     with files.naming_errors("the picture", output):
         save_picture(result, output, options.engineering_units, **keywords)
     print(output)
     return DONE
+
+
+def _read(options: argparse.Namespace) -> Result:
+    """Return the result of a command. Raises InvalidCommand for engineering units that it does not have."""
+    result = files.read(options.result)
+    if options.engineering_units and result.units != "SI":
+        raise InvalidCommand("--engineering-units is for results in SI, and this one is nondimensional")
+    return result
 
 
 def _quantity(result: Any, name: str | None) -> dict[str, Any]:
@@ -120,7 +130,18 @@ def _overlays(result: Result, paths: Sequence[Path]) -> dict[str, Any]:
 
 
 def _show(options: argparse.Namespace) -> int:
-    describe(files.read(options.result))
+    if options.output is not None:
+        files.check_output("the table (-o)", options.output, constants.TABLE_FILES)
+    result = _read(options)
+    if options.output is None:
+        describe(result)
+        return DONE
+    try:
+        with files.naming_errors("the table", options.output):
+            result.save(options.output, options.table, engineering_units=options.engineering_units)
+    except ValueError as error:
+        raise InvalidCommand(f"--table: {error}") from error
+    print(options.output)
     return DONE
 
 

@@ -36,7 +36,7 @@ def add_arguments(command: argparse.ArgumentParser, name: str) -> None:
         return
     command.set_defaults(command=_assemble)
     command.add_argument(
-        "-o", "--output", type=Path, metavar="FILE", required=True, help="the result: .npz, .json, .png, .svg or .pdf"
+        "-o", "--output", type=Path, metavar="FILE", required=True, help=f"the result: {', '.join(files.OUTPUTS)}"
     )
     command.add_argument("--quiet", action="store_true", help="no progress bar")
 

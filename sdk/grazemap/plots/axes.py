@@ -18,6 +18,7 @@ from grazemap.plots.palette import INK, PAPER
 from grazemap.results import ChanceToSettle, Result
 from grazemap.results.observables import Quantity
 from grazemap.results.pictures import PICTURES, LegendPlace, PictureOptions
+from grazemap.wire.planes import unit_of
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -36,29 +37,27 @@ _MAX_COVERED, _MIN_ENTRIES = 0.6, 3
 _MANY_POINTS = 20_000
 _KEPT_FROM_PYPLOT: ContextVar[bool] = ContextVar("kept from pyplot", default=False)
 
+_PARAMETERS = {
+    "omega": r"forcing frequency $\omega$",
+    "clearance": "clearance $b$",
+    "clearance_right": "clearance $b$ of the right stop",
+    "clearance_left": "clearance $b$ of the left stop",
+    "restitution": "restitution $R$",
+    "restitution_right": "restitution $R$ of the right stop",
+    "restitution_left": "restitution $R$ of the left stop",
+    "bias": "factor of the bias",
+    "forcing": "factor of the forces",
+    "damping": "factor of the damping",
+    "masses": "mass $m_{{{}}}$",
+    "stiffnesses": "stiffness $k_{{{}}}$",
+    "dampings": "damping of link {}",
+}
 _QUANTITIES = {
-    "omega": (r"forcing frequency $\omega$", "rad/s"),
-    "clearance": ("clearance $b$", "m"),
-    "clearance_right": ("clearance $b$ of the right stop", "m"),
-    "clearance_left": ("clearance $b$ of the left stop", "m"),
-    "restitution": ("restitution $R$", ""),
-    "restitution_right": ("restitution $R$ of the right stop", ""),
-    "restitution_left": ("restitution $R$ of the left stop", ""),
-    "bias": ("factor of the bias", ""),
-    "forcing": ("factor of the forces", ""),
-    "damping": ("factor of the damping", ""),
     "time": ("time $t$", "s"),
     "displacement": ("displacement $x_{mass}$", "m"),
     "velocity": ("velocity $v_{mass}$", "m/s"),
     "contact displacement": ("contact coordinate $q$", "m"),
     "contact velocity": (r"its rate $\dot{q}$", "m/s"),
-}
-
-
-_LIST_QUANTITIES = {
-    "masses": ("mass $m_{{{}}}$", "kg"),
-    "stiffnesses": ("stiffness $k_{{{}}}$", "N/m"),
-    "dampings": ("damping of link {}", "N s/m"),
 }
 
 
@@ -103,19 +102,16 @@ def axis_label(quantity: str, units: str, mass: int | None = 1) -> Wording:
 
     Displacement and velocity are those of a mass or, for None, of the contact coordinate.
     """
-    text, unit = _QUANTITIES[
-        f"contact {quantity}" if mass is None and quantity in ("displacement", "velocity") else quantity
-    ]
+    if quantity in _PARAMETERS:
+        return parameter_label(quantity, units)
+    text, unit = _QUANTITIES[f"contact {quantity}" if mass is None and quantity != "time" else quantity]
     return unit_wording(text.replace("mass", str(mass)), unit, units)
 
 
 def parameter_label(name: str, units: str) -> Wording:
     """Return the text of an axis of a parameter that varies, with the unit where the result is in SI."""
     kind, _, index = name.rstrip("]").partition("[")
-    if not index:
-        return axis_label(name, units)
-    text, unit = _LIST_QUANTITIES[kind]
-    return unit_wording(text.format(index), unit, units)
+    return unit_wording(_PARAMETERS[kind].format(index), unit_of(name), units)
 
 
 def quantity_label(quantity: Quantity) -> Wording:

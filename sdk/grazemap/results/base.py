@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.codec import CodecError, Document, decode_npz, encode_json, encode_npz
-from grazemap.constants import ENGINEERING_UNITS, UNITS
+from grazemap.constants import ENGINEERING_UNITS, TABLE_FILES, UNITS
 from grazemap.described import described
 from grazemap.errors import ResultFormatError
 from grazemap.results.documents import from_json
@@ -114,12 +114,30 @@ class Result(Record):
         """Notes on what is probably not meant in the request, for example a window off the grazing curve."""
         return [Note.model_validate(note) for note in self.meta.get("notes", [])]
 
-    def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write the result to a file ending in .npz or .json, and return its path. `grazemap.load` reads both."""
+    def save(self, path: str | os.PathLike[str], table: str | None = None, *, engineering_units: bool = False) -> Path:
+        """Write the result, or a table of it, to a file, and return its path.
+
+        A file ending in .npz or .json has the whole result; `grazemap.load` reads both. One ending in .csv, .xlsx or
+        .parquet has a `table` of those that `to_dataframe` names, with the units in the heads of its columns; the last
+        two need the extra "tables". Without a name it is that of the points of a map or of basins, or else of the
+        result's own arrays; a workbook has all tables, each on a sheet.
+
+        Raises
+        ------
+        ValueError
+            Another ending, an unknown name, or engineering units of a nondimensional result.
+        MissingExtra
+            What writes the file is not installed.
+        """
         target = Path(path)
+        if target.suffix in TABLE_FILES:
+            from grazemap.results.tables import write_table
+
+            write_table(self, target, table, engineering_units)
+            return target
         encoders = {".npz": encode_npz, ".json": encode_json}
         if target.suffix not in encoders:
-            raise ValueError("a result is saved as .npz or .json")
+            raise ValueError(f"the name of a result's file ends in one of {', '.join((*encoders, *TABLE_FILES))}")
         document = self.json_document(self._document) if target.suffix == ".json" else self._document
         target.write_bytes(encoders[target.suffix](document, self.meta))
         return target

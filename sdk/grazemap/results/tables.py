@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grazemap.constants import ENGINEERING_UNITS
 from grazemap.errors import MissingExtra
 from grazemap.results.fields import Field, RecordSchema
 from grazemap.results.observables import outputs_of
+from grazemap.wire.planes import unit_of
 
 if TYPE_CHECKING:
     import pandas
@@ -20,6 +24,10 @@ if TYPE_CHECKING:
 
 _Columns = dict[str, tuple[Field, list[Any]]]
 
+POINTS = "points"
+"""The table of the points of a plane."""
+
+_PLANE = ("vertical", "horizontal")
 # Characters of the longest text in a printed table.
 _WIDEST = 24
 # pandas types of columns that can hold None.
@@ -32,7 +40,8 @@ def tables(result: Result) -> list[str]:
         field.name for field in result.schema if _is_table(field) and getattr(result, field.name, None) is not None
     ]
     stored = [name for name in stored if name != "outputs" or _are_rows(result)]
-    return [*([result.schema.rows] if result.schema.rows else []), *stored, *result.derived_tables()]
+    rows = [result.schema.rows] if result.schema.rows else []
+    return [*rows, *stored, *result.derived_tables(), *([POINTS] if _plane_of(result) is not None else [])]
 
 
 def dataframe(result: Result, name: str | None, engineering_units: bool) -> pandas.DataFrame:
@@ -51,17 +60,24 @@ def dataframe(result: Result, name: str | None, engineering_units: bool) -> pand
     except ImportError as error:
         raise MissingExtra("to_dataframe()", "pandas") from error
     names = tables(result)
-    if name is None and (result.schema.rows or len(names) == 1):
+    if name is None and (result.schema.rows or len(names) - (_plane_of(result) is not None) == 1):
         name = names[0]
+    shown = shown_columns(result, name, engineering_units)
+    table = pandas.DataFrame({key: pandas.Series(column.values, dtype=column.dtype) for key, column in shown.items()})
+    table.attrs["units"] = {key: column.unit for key, column in shown.items() if column.unit}
+    return table
+
+
+def shown_columns(result: Result, name: str | None, engineering_units: bool) -> dict[str, Column]:
+    """Return the columns of a table of a result, with `engineering_units` in Hz and mm. Raises ValueError."""
+    names = tables(result)
     if name is None or name not in names:
         raise ValueError(f"a {type(result).__name__} has the tables: {', '.join(names) or 'none'}")
     shown = columns(result, name)
     if engineering_units:
         check_si(result)
         shown = {key: _in_engineering_units(column) for key, column in shown.items()}
-    table = pandas.DataFrame({key: pandas.Series(column.values, dtype=column.dtype) for key, column in shown.items()})
-    table.attrs["units"] = {key: column.unit for key, column in shown.items() if column.unit}
-    return table
+    return shown
 
 
 def check_si(result: Result) -> None:
@@ -73,7 +89,7 @@ def check_si(result: Result) -> None:
 class Column(NamedTuple):
     """A column of a table."""
 
-    values: list[Any]
+    values: Sequence[Any] | NDArray[Any]
     """Its values."""
     dtype: str | None = None
     """Their type, as pandas names it; None where it is that of the values."""
@@ -85,6 +101,8 @@ def _in_engineering_units(column: Column) -> Column:
     unit, factor = ENGINEERING_UNITS.get(column.unit, (column.unit, 1.0))
     if factor == 1.0:
         return column
+    if isinstance(column.values, np.ndarray):
+        return Column(factor * column.values, column.dtype, unit)
     return Column([None if value is None else factor * value for value in column.values], column.dtype, unit)
 
 
@@ -97,6 +115,9 @@ def columns(result: Result, name: str) -> dict[str, Column]:
         # whole numbers beside None stay whole
         whole = {key for key, values in listed.items() if any(type(value) is int for value in values)}
         return {key: Column(values, "Int64" if key in whole else None) for key, values in listed.items()}
+    plane = _plane_of(result)
+    if name == POINTS and plane is not None:
+        return _points(plane)
     collected: _Columns = {}
     if name == result.schema.rows:
         _add_arrays(collected, result, name)
@@ -114,6 +135,82 @@ def columns(result: Result, name: str) -> dict[str, Column]:
         key: Column(values, _dtype(field, values), field.unit_in(result.units) or "")
         for key, (field, values) in collected.items()
     }
+
+
+def _plane_of(result: Result) -> Result | None:
+    """Return the result that has arrays over a plane: it, or its map; None if there is none."""
+    plane: Result = getattr(result, "unfolding_map", result)
+    return plane if any(field.dims == _PLANE for field in plane.schema.derived) else None
+
+
+def _points(plane: Result) -> dict[str, Column]:
+    """Return the columns of the points of a plane: both coordinates, the names of motions, and all numbers."""
+    up, across = (np.asarray(getattr(plane, role)) for role in _PLANE)
+    table: dict[str, Column] = {}
+    for role, values in (("horizontal", np.tile(across, len(up))), ("vertical", np.repeat(up, len(across)))):
+        name = plane.roles.get(role, role)
+        stored = [field.unit for field in plane.schema if field.name == name]
+        table[name] = Column(values, None, (stored[0] if stored else unit_of(name)) if plane.units == "SI" else "")
+    derived = plane.derived()
+    for field in plane.schema.derived:
+        if field.dims == _PLANE:
+            codes, texts = derived[field.name]
+            table[field.name] = Column(np.array(texts, dtype=object)[codes].ravel())
+    for field in plane.schema:
+        if field.dims == _PLANE and (entries := getattr(plane, field.name)) is not None:
+            names = getattr(plane, field.index_of) if field.index_of else None
+            shown = entries if names is None else np.array(names, dtype=object)[entries]
+            table[field.name] = Column(shown.ravel(), None, field.unit_in(plane.units))
+    return table
+
+
+def write_table(result: Result, path: Path, name: str | None, engineering_units: bool) -> None:
+    """Write a table of a result, or all of them into a workbook; the units are in the heads of the columns.
+
+    Raises
+    ------
+    MissingExtra
+        What writes the form is not installed.
+    ValueError
+        As `dataframe`, but no name is needed: the points of a plane come first, then the result's own arrays.
+    """
+    names = tables(result)
+    first = POINTS if _plane_of(result) is not None else next(iter(names), None)
+    if path.suffix == ".csv":
+        shown = shown_columns(result, name or first, engineering_units)
+        with path.open("w", encoding="utf-8", newline="") as file:
+            writer = csv.writer(file)
+            writer.writerow(_head(key, column.unit) for key, column in shown.items())
+            writer.writerows(zip(*(map(_written, column.values) for column in shown.values()), strict=True))
+        return
+    sheets = [name] if name or path.suffix == ".parquet" else list(dict.fromkeys([first, *names]))
+    try:
+        frames = {sheet or "": _headed(dataframe(result, sheet or first, engineering_units)) for sheet in sheets}
+        if path.suffix == ".parquet":
+            next(iter(frames.values())).to_parquet(path, index=False)
+            return
+        from pandas import ExcelWriter
+
+        with ExcelWriter(path) as book:
+            for sheet, frame in frames.items():
+                frame.to_excel(book, sheet_name=sheet, index=False)
+    except ImportError as error:
+        raise MissingExtra(f"a table as {path.suffix}", "tables") from error
+
+
+def _head(name: str, unit: str) -> str:
+    return f"{name} ({unit})" if unit and unit != "nondimensional" else name
+
+
+def _headed(table: pandas.DataFrame) -> pandas.DataFrame:
+    return table.rename(columns={key: _head(key, table.attrs["units"].get(key, "")) for key in table.columns})
+
+
+def _written(value: Any) -> Any:
+    """Return a value as text has it: nothing for what is missing, and floats with all their digits."""
+    if isinstance(value, float):  # numpy's too
+        return repr(float(value)) if value == value else ""
+    return "" if value is None else value
 
 
 def text(table: Mapping[str, Column], rows: int, width: int) -> list[str]:

@@ -18,6 +18,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from grazemap.constants import UNITS
 from grazemap.described import described
 from grazemap.wire.base import (
     Grid,
@@ -59,6 +60,7 @@ _LISTS = ("masses", "stiffnesses", "dampings")
 _INDEXED = re.compile(rf"({'|'.join(_LISTS)})\[([1-9][0-9]*)\]")
 _PATTERN = rf"^({'|'.join((*_PLAIN_NAMES, *OF_STOPS))}|({'|'.join(_LISTS)})\[[1-9][0-9]*\])$"
 ALLOWED = f"one of {', '.join((*_PLAIN_NAMES, *OF_STOPS))}, masses[i], stiffnesses[i], dampings[i], with i from 1"
+_UNITS = {**UNITS, "masses": "kg", "stiffnesses": "N/m", "dampings": "N s/m"}
 _POSITIVE = ("omega", "clearance", "forcing", "masses", "stiffnesses")
 _NOT_NEGATIVE = ("damping", "dampings")
 
@@ -82,6 +84,11 @@ class _Varying(Request):
     def ends(self) -> tuple[float, float]:
         """The first and the last value."""
         return ends_of(self.values)
+
+
+def unit_of(name: str) -> str:
+    """Return the unit of a parameter in SI; empty if it has none."""
+    return _UNITS.get(name.partition("[")[0], "")
 
 
 class Axis(_Varying):

@@ -20,9 +20,11 @@ from grazemap_service.context import Context, CurrentContext
 from grazemap_service.jobs import CurrentRequester, KnownJob, job_path, job_response, submit_again
 from grazemap_service.openapi import problem_responses
 from grazemap_service.problems import ProblemException, problem_response
+from grazemap_service.rendered import RENDERED_TYPES
 from grazemap_service.representations import (
     MEDIA_TYPES,
     NPZ_TYPE,
+    RESULT_TYPES,
     ResultResponse,
     cache_headers,
     is_fresh,
@@ -40,8 +42,25 @@ Form = Annotated[
     str | None,
     Query(
         alias="f",
-        description="The form of the result; overrides Accept.",
+        description="The form of the tile; overrides Accept.",
         json_schema_extra={"enum": sorted(MEDIA_TYPES)},
+    ),
+]
+ResultForm = Annotated[
+    str | None,
+    Query(
+        alias="f",
+        description="The form of the result: all of it (json, npz), a table, or a picture; overrides Accept.",
+        json_schema_extra={"enum": sorted(RESULT_TYPES)},
+    ),
+]
+Table = Annotated[
+    str,
+    Query(
+        max_length=64,
+        pattern="^[a-z_]*$",
+        description="The table, for csv, parquet and xlsx. Without it: the points of a map or of basins, or else the "
+        "arrays of the result; all tables in xlsx.",
     ),
 ]
 # These are lists, because a header may have several lines (RFC 9110 5.3).
@@ -86,7 +105,10 @@ _RESULT_DOCS: dict[str, Any] = {
     "response_class": Response,
     "openapi_extra": {"parameters": [_IF_NONE_MATCH]},
     "responses": {
-        200: {"description": "The result.", "content": _content(RESULT)},
+        200: {
+            "description": "The result.",
+            "content": _content(RESULT) | dict.fromkeys(RENDERED_TYPES.values(), _BINARY),
+        },
         202: {"model": Job, "description": "The result was evicted, or is of another version: this job computes it."},
         304: {"description": "The client already has this result (If-None-Match)."},
         **problem_responses("unknown-job", "not-acceptable", "unfinished-job", "dismissed-job", "outdated-job"),
@@ -101,11 +123,12 @@ async def get_result(
     job: KnownJob,
     context: CurrentContext,
     requester: CurrentRequester,
-    requested_form: Form = None,
+    requested_form: ResultForm = None,
+    table: Table = "",
     if_none_match: IfNoneMatch = None,
 ) -> Response:
-    """Return the whole result; for a failed job, the problem that it failed with."""
-    return await result_response(request, context, job, requester, requested_form, if_none_match)
+    """Return the whole result, a table or a picture of it; for a failed job, the problem that it failed with."""
+    return await result_response(request, context, job, requester, requested_form, if_none_match, table)
 
 
 async def result_response(
@@ -115,9 +138,10 @@ async def result_response(
     requester: Requester,
     requested_form: str | None = None,
     if_none_match: Sequence[str] | None = None,
+    table: str = "",
 ) -> Response:
     """Return a response with the result of a job, in the form that the request accepts."""
-    form = negotiate(", ".join(request.headers.getlist("accept")), requested_form)
+    form = negotiate(", ".join(request.headers.getlist("accept")), requested_form, RESULT_TYPES)
     if job.status == "failed" and job.problem is not None:
         return problem_response(job.problem)
     results = context.store.results
@@ -127,7 +151,7 @@ async def result_response(
     info = await run_sync(results.info, job.id, _READ_AT_ONCE, limiter=context.threads) if finished else None
     # The digest of an evicted result is kept with its job, so a client that has a copy of the result still gets 304.
     etag = info.etag if info is not None else await run_sync(results.etag, job.id, limiter=context.threads)
-    headers = cache_headers(etag or "", form)
+    headers = cache_headers(etag or "", form, table)
     if etag is not None and is_fresh(", ".join(if_none_match or ()), headers["ETag"]):
         return Response(status_code=304, headers=headers)
     if not finished:
@@ -140,7 +164,7 @@ async def result_response(
     if form == "npz" and info.data is not None:
         return Response(info.data, media_type=NPZ_TYPE, headers=headers)
     representation = await context.representations.acquire(
-        headers["ETag"], form, info.size, lambda: info.data or results.data(job.id, info.etag)
+        headers["ETag"], form, info.size, lambda: info.data or results.data(job.id, info.etag), table
     )
     if representation is None:
         return await _recompute(request, context, job, requester)
@@ -212,7 +236,7 @@ def _head(info: ResultInfo, form: str, headers: dict[str, str]) -> Response:
     """Return the headers of the response to a GET; the length of JSON is left out, as it is not known in advance."""
     if form == "npz":
         headers = {**headers, "Content-Length": str(info.size)}
-    response = Response(status_code=200, headers=headers, media_type=MEDIA_TYPES[form])
+    response = Response(status_code=200, headers=headers, media_type=RESULT_TYPES[form])
     if form != "npz":
         del response.headers["content-length"]
     return response

@@ -73,10 +73,10 @@ def test_simultaneous_requests_share_one_rendering(
     rendered = []
     render = representations.render
 
-    def slow(npz: bytes, name: str) -> bytes:
+    def slow(npz: bytes, name: str, table: str) -> bytes:
         rendered.append(name)
         time.sleep(0.1)
-        return render(npz, name)
+        return render(npz, name, table)
 
     monkeypatch.setattr(representations, "render", slow)
     with ThreadPoolExecutor(8) as pool:

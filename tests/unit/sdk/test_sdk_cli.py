@@ -58,7 +58,7 @@ def test_run_reads_standard_input_and_the_environment(url, tmp_path, monkeypatch
         *((body, "c.npz", "the request is not JSON") for body in UNREADABLE),
         ({"omega": {"start": 2, "stop": 1, "points": 5}}, "c.npz", "/omega"),
         ([1], "c.npz", "not a JSON object"),
-        (REQUESTS["grazing-curves"], "c.csv", "must end in"),
+        (REQUESTS["grazing-curves"], "c.txt", "must end in"),
         (REQUESTS["grazing-curves"], "none/map.npz", "the output"),
         (REQUESTS["grazing-curves"], "file/map.npz", "the output"),
         (REQUESTS["grazing-curves"], "folder.npz", "the output"),

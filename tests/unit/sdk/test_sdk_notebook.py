@@ -87,6 +87,9 @@ def test_a_table_in_si_has_hertz_and_millimetres_where_they_are_wanted():
 def test_every_table_of_every_result_has_rows_for_its_records(process):
     result = result_of(process)
     for name in tables.tables(result):
+        if name == "points" and not hasattr(result, name):  # of a plane
+            assert len(result.to_dataframe(name)) == len(result.vertical) * len(result.horizontal)
+            continue
         own = {"point": "omega", "impact": "stops"}.get(name, name)
         records = result.derived_tables().get(name) or getattr(result, own)
         rows = len(records.order) if name == "next_contact" else len(records)

@@ -457,8 +457,8 @@ def test_a_trajectory_without_impacts_is_the_same_from_json(tmp_path):
 
 
 def test_only_known_file_endings_are_written(tmp_path):
-    with pytest.raises(ValueError, match=r"\.npz or \.json"):
-        result_of("grazing-curves").save(tmp_path / "curve.csv")
+    with pytest.raises(ValueError, match=r"\.npz, \.json"):
+        result_of("grazing-curves").save(tmp_path / "curve.txt")
 
 
 @EVERY_PROCESS

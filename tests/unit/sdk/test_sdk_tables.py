@@ -1,0 +1,89 @@
+"""Results as tables in files: what is read back is what `to_dataframe` has, with the units in the heads."""
+
+import csv
+import re
+
+import pandas as pd
+import pytest
+
+from grazemap import errors
+from grazemap.cli import main
+from grazemap.results import tables
+from tests.support.sdk_documents import REQUESTS, result_of
+
+READERS = {".csv": pd.read_csv, ".xlsx": pd.read_excel, ".parquet": pd.read_parquet}
+
+
+def plain(table):
+    """The cells of a table as text, numbers to round-off; what is missing is empty."""
+    return [list(map(written, row)) for row in table.itertuples(index=False)]
+
+
+def written(cell):
+    if pd.isna(cell):
+        return ""
+    # beside cells that are missing, pandas reads truth values as texts or numbers
+    return {"True": "1", "False": "0"}.get(str(cell), str(cell) if isinstance(cell, str) else f"{float(cell):.12g}")
+
+
+@pytest.mark.parametrize("process", list(REQUESTS))
+@pytest.mark.parametrize("ending", list(READERS))
+def test_every_table_of_every_result_is_read_back(process, ending, tmp_path):
+    result = result_of(process)
+    for name in tables.tables(result):
+        path = result.save(tmp_path / f"x{ending}", name)
+        table = result.to_dataframe(name)
+        read = READERS[ending](path)
+        assert [head.partition(" (")[0] for head in read.columns] == list(table.columns)
+        assert plain(read) == plain(table)
+
+
+def test_without_a_name_it_is_the_points_of_a_plane_or_the_arrays_and_a_workbook_has_all(tmp_path):
+    umap, curve = result_of("unfolding-maps"), result_of("grazing-curves")
+    assert len(pd.read_csv(umap.save(tmp_path / "map.csv"))) == umap.period.size
+    assert list(pd.read_csv(curve.save(tmp_path / "curve.csv")).columns)[:2] == ["omega", "clearance"]
+    assert list(pd.read_excel(umap.save(tmp_path / "map.xlsx"), sheet_name=None)) == ["points", "motions"]
+
+
+def test_the_points_of_a_map_are_those_of_its_arrays():
+    umap = result_of("unfolding-maps")
+    points = umap.to_dataframe("points")
+    rows, columns = umap.period.shape
+    for row in range(rows):
+        for column in range(columns):
+            point = points.iloc[row * columns + column]
+            assert (point["omega"], point["clearance"]) == (umap.omega[column], umap.clearance[row])
+            assert point["label"] == umap.at(umap.omega[column], umap.clearance[row]).label
+            assert point["kind"] == umap.kinds[umap.kind[row, column]]
+
+
+def test_heads_have_units_and_floats_all_digits(tmp_path):
+    curve = result_of("grazing-curves of one stop")
+    with curve.save(tmp_path / "curve.csv").open(newline="") as file:
+        heads, first, *_ = list(csv.reader(file))
+    assert heads[0] == "omega"  # nondimensional
+    assert float(first[0]) == curve.omega[0]
+    si = result_of("grazing-curves")
+    si.meta["request"]["oscillator"]["units"] = "SI"
+    heads = pd.read_csv(si.save(tmp_path / "si.csv", engineering_units=True)).columns
+    assert {"omega (Hz)", "clearance (mm)"} <= set(heads)
+
+
+def test_what_cannot_be_written_is_named(tmp_path, monkeypatch):
+    with pytest.raises(ValueError, match=re.escape("ends in one of .npz, .json, .csv, .xlsx, .parquet")):
+        result_of("grazing-curves").save(tmp_path / "x.txt")
+    with pytest.raises(ValueError, match="has the tables: omega, points"):
+        result_of("grazing-curves").save(tmp_path / "x.csv", "samples")
+    with pytest.raises(ValueError, match="has the tables: none"):
+        result_of("proofs").save(tmp_path / "x.csv")
+    monkeypatch.setitem(__import__("sys").modules, "pyarrow", None)
+    monkeypatch.setitem(__import__("sys").modules, "fastparquet", None)
+    with pytest.raises(errors.MissingExtra, match="tables"):
+        result_of("grazing-curves").save(tmp_path / "x.parquet")
+
+
+def test_show_writes_a_table_of_a_saved_result(tmp_path, capsys):
+    path = result_of("unfolding-maps").save(tmp_path / "map.npz")
+    assert main(["show", str(path), "-o", str(tmp_path / "map.csv")]) == 0
+    assert str(tmp_path / "map.csv") in capsys.readouterr().out
+    assert len(pd.read_csv(tmp_path / "map.csv")) == result_of("unfolding-maps").period.size
