@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from copy import deepcopy
 from typing import Any
 
-from grazemap.cli import units
+from grazemap import units
 from grazemap.cli.flags import Flag, flags_of, flags_of_short_forms, value_at
 from grazemap.errors import ParameterError, RequestWarning
 from grazemap.wire import PROCESSES, ProblemError, ProcessRequest

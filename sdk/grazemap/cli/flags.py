@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from grazemap.cli import units
+from grazemap import units
 from grazemap.wire import PROCESSES
 from grazemap.wire.error_texts import Schema, branches, schema_of, written_schema
 

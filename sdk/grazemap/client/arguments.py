@@ -16,6 +16,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
 from grazemap.results import PeriodicOrbit, State
+from grazemap.units import UnitRefused, in_si
 from grazemap.wire import (
     BasinCoordinate,
     BifurcationCurvesRequest,
@@ -101,6 +102,17 @@ class Form(NamedTuple):
     """What the docstring says beside the description of the field."""
     counted: bool = False
     """Whether (start, stop) needs a number of points."""
+
+
+def with_si_numbers(body: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields of a request with numbers for texts with a unit, as "9 Hz". Raises ParameterError."""
+    oscillator = body.get("oscillator")
+    units = oscillator.get("units") if isinstance(oscillator, Mapping) else getattr(oscillator, "units", None)
+    try:
+        fields: dict[str, Any] = in_si(body, units or "nondimensional")
+    except UnitRefused as error:
+        raise refusal(error.pointer, error.detail, error.allowed) from error
+    return fields
 
 
 def as_grid(argument: Argument, values: Any) -> Any:

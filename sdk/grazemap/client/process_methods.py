@@ -21,6 +21,7 @@ from grazemap.client.arguments import (
     choices_of,
     form_of,
     short_forms,
+    with_si_numbers,
 )
 from grazemap.constants import UNITS
 from grazemap.results import RESULTS, Result
@@ -207,7 +208,7 @@ class ProcessMethod:
                 place = Argument(name, points.get(name), self._keyword, body)
                 body[name] = self.forms[name].convert(place, values[name])
         body = {name: value for name, value in body.items() if not self._is_left_out(name, value)}
-        return self._request.checked(body), values["progress"]
+        return self._request.checked(with_si_numbers(body)), values["progress"]
 
     def _is_left_out(self, name: str, value: Any) -> bool:
         """Return whether a field is left out of the request: its argument is None, which is the default."""

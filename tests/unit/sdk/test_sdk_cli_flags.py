@@ -212,7 +212,7 @@ ERRORS = {
     f"{CURVE} --no-sequence no": [f"--no-sequence no: {ONE_WAY}"],
     f"{CURVE} --quiet=1 --max-order 0": ["--quiet 1: A switch has no value (allowed: --quiet)", "--max-order 0: "],
     "grazing-curves --omega 5Hz:12Hz:9": [f"--omega 5Hz:12Hz:9: Hz is a unit of SI*--units SI; {GRID}"],
-    f"{IN_SI} --omega 5mm:6mm:7": ["--omega 5mm:6mm:7: mm is no unit of omega (allowed: Hz or rad/s in SI; "],
+    f"{IN_SI} --omega 5mm:6mm:7": ["--omega 5mm:6mm:7: mm is no unit of omega (allowed: Hz, rpm or rad/s in SI; "],
     f"{IN_SI} --omega 5Hz:12:9": ["--omega 5Hz:12:9: Only some of the numbers have a unit (allowed: a unit with each "],
     f"{IN_SI} --omega 1:2:3 --restitution 5mm": ["--restitution 5mm: Input should be a valid number"],
     f"{IN_SI} --omega 5Hz:12Hz:9Hz": ["--omega 5Hz:12Hz:9Hz: points: Input should be a valid integer"],

@@ -1,20 +1,80 @@
-"""Units in the values of flags: frequencies in Hz or rad/s, lengths in mm or m. A request has rad/s and m."""
+"""Units in numbers: frequencies in Hz, rpm or rad/s, lengths in mm or m. A request has rad/s and m.
+
+>>> in_si({"omega": ["9 Hz", "1200 rpm"], "clearance": {"right": "0.5 mm"}}, "SI")
+{'omega': [56.548667764616276, 125.66370614359172], 'clearance': {'right': 0.0005}}
+"""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any
 
 from grazemap.constants import ENGINEERING_UNITS, UNITS
 
 # By unit in SI: the units in which numbers may be written, and their conversions.
 _CONVERSIONS: dict[str, dict[str, Callable[[float], float]]] = {
-    "rad/s": {"Hz": lambda value: 2.0 * math.pi * value, "rad/s": float},
+    "rad/s": {
+        "Hz": lambda value: 2.0 * math.pi * value,
+        "rpm": lambda value: 2.0 * math.pi * value / 60.0,
+        "rad/s": float,
+    },
     "m": {"mm": lambda value: value / 1000.0, "m": float},
 }
 FIELD_UNITS = UNITS | {"overshoot": "m", "displacement": "m"}
-_NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)([A-Za-z/]*)")
+_NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?) ?([A-Za-z/]*)")
+# Fields that have numbers of the quantity of the field around them, or of the one that `vary` or `quantity` names.
+_OF_THE_FIELD_AROUND = ("start", "stop", "right", "left")
+_OF_WHAT_VARIES = ("values", "range")
+
+
+class UnitRefused(ValueError):
+    """A unit that cannot be used: where, why, and what is allowed."""
+
+    def __init__(self, pointer: str, detail: str, allowed: str) -> None:
+        super().__init__(detail)
+        self.pointer, self.detail, self.allowed = pointer, detail, allowed
+
+
+def in_si(value: Any, units: object, name: str = "", pointer: str = "") -> Any:
+    """Return the fields of a request with the texts of numbers with a unit, as "4.2 mm", replaced by numbers.
+
+    Parameters
+    ----------
+    value : mapping, list, tuple or any other value
+        Anything but texts in fields that have a unit is returned as it is.
+    units : str
+        "SI" or "nondimensional".
+    name : str
+        The field that has the value.
+    pointer : str
+        JSON pointer of the value.
+
+    Raises
+    ------
+    UnitRefused
+        A unit that is not one of the field, or any unit where the oscillator is nondimensional.
+    """
+    if isinstance(value, Mapping):
+        varies = str(value.get("vary") or value.get("quantity") or name).partition("[")[0]
+        names: dict[Any, str] = {**dict.fromkeys(_OF_THE_FIELD_AROUND, name), **dict.fromkeys(_OF_WHAT_VARIES, varies)}
+        return {
+            key: in_si(item, units, names[key] if key in names else key, f"{pointer}/{key}")
+            for key, item in value.items()
+        }
+    if isinstance(value, list | tuple):
+        converted = [in_si(item, units, name, f"{pointer}/{place}") for place, item in enumerate(value)]
+        return tuple(converted) if isinstance(value, tuple) else converted
+    if not isinstance(value, str) or name not in FIELD_UNITS:
+        return value
+    match = _NUMBER.fullmatch(value.strip())
+    if match is None or not match[2]:
+        return value
+    if refused := refusal(value, name, units):
+        detail, allowed = refused
+        raise UnitRefused(pointer, detail, allowed.replace("--units SI", 'units="SI"'))
+    return _CONVERSIONS[FIELD_UNITS[name]][match[2]](float(match[1]))
 
 
 def example(name: str) -> str:
@@ -40,7 +100,8 @@ def refusal(text: str, name: str, units: object) -> tuple[str, str] | None:
         return None
     unknown = next((unit for unit in number_units if unit and unit not in allowed), "")
     if unknown:
-        return f"{unknown} is no unit of {name}", f"{' or '.join(allowed)} in SI"
+        *others, last = allowed
+        return f"{unknown} is no unit of {name}", f"{', '.join(others)} or {last} in SI"
     if units != "SI":
         return f"{next(filter(None, number_units))} is a unit of SI, and this oscillator is nondimensional", (
             "numbers without units, or --units SI"

@@ -1,0 +1,53 @@
+"""Numbers with units in Python, as on the command line: Hz, rpm and mm become rad/s and m before anything is sent."""
+
+import math
+
+import pytest
+
+from grazemap import errors
+from grazemap.client.process_methods import METHODS
+from grazemap.units import in_si
+from grazemap.wire import Oscillator
+
+MACHINE = {"units": "SI", "masses": [0.5, 2], "stiffnesses": [2000, 8000], "damping": [1.5, 6], "forcing": [5, 0],
+           "restitution": 0.8}  # fmt: skip
+HERTZ = 2.0 * math.pi
+
+
+def request_of(method, *arguments, **keywords):
+    return METHODS[method].request_for(*arguments, **keywords)[0].model_dump()
+
+
+@pytest.mark.parametrize("machine", [MACHINE, Oscillator(**MACHINE)])
+def test_every_place_of_a_frequency_or_a_length_takes_a_unit(machine):
+    curve = request_of("grazing_curve", machine, omega=("9 Hz", "1200 rpm"), points=3)
+    assert curve["axis"]["values"] == {"start": 9.0 * HERTZ, "stop": 20.0 * HERTZ, "points": 3}
+    initial = {"displacement": ["0.1 mm", 0.0], "velocity": [0.0, 0.0]}
+    path = request_of(
+        "trajectory", machine, omega="9Hz", clearance={"right": "0.5 mm", "left": None}, periods=3, initial=initial
+    )
+    assert (path["omega"], path["clearance"]["right"]) == (9.0 * HERTZ, 0.0005)
+    assert path["initial"]["displacement"] == [0.0001, 0.0]
+    axes = {"horizontal": ("omega", ["9 Hz", "10 Hz"]), "vertical": ("clearance", "1 mm", "3e-3 m")}
+    umap = request_of("unfolding_map", machine, **axes, shape=(4, 2))
+    assert umap["horizontal"]["values"] == [9.0 * HERTZ, 10.0 * HERTZ]
+    assert umap["vertical"]["values"] == {"start": 0.001, "stop": 0.003, "points": 4}
+
+
+@pytest.mark.parametrize(
+    ("machine", "omega", "expected"),
+    [
+        (MACHINE, "9 mm", ["/omega", "mm is no unit of omega", "Hz, rpm or rad/s in SI"]),
+        (MACHINE, "nine", ["/omega", "valid number", "in rad/s in SI"]),
+        (None, "9 Hz", ["/omega", "Hz is a unit of SI", 'units="SI"']),
+    ],
+)
+def test_what_is_no_number_with_a_unit_of_its_field_is_named(machine, omega, expected):
+    with pytest.raises(errors.ParameterError) as raised:
+        request_of("trajectory", machine, omega=omega, clearance=1.0, periods=3)
+    assert all(part in str(raised.value) for part in expected)
+
+
+def test_texts_that_are_no_quantities_stay_as_they_are():
+    fields = {"policy": "5 mm", "horizontal": {"vary": "restitution", "values": ["1 mm"]}, "name": ("9 Hz",)}
+    assert in_si(fields, "SI") == fields
