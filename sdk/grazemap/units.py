@@ -59,10 +59,7 @@ def in_si(value: Any, units: object, name: str = "", pointer: str = "") -> Any:
     if isinstance(value, Mapping):
         varies = str(value.get("vary") or value.get("quantity") or name).partition("[")[0]
         names: dict[Any, str] = {**dict.fromkeys(_OF_THE_FIELD_AROUND, name), **dict.fromkeys(_OF_WHAT_VARIES, varies)}
-        return {
-            key: in_si(item, units, names[key] if key in names else key, f"{pointer}/{key}")
-            for key, item in value.items()
-        }
+        return {key: in_si(item, units, names.get(key) or str(key), f"{pointer}/{key}") for key, item in value.items()}
     if isinstance(value, list | tuple):
         converted = [in_si(item, units, name, f"{pointer}/{place}") for place, item in enumerate(value)]
         return tuple(converted) if isinstance(value, tuple) else converted
