@@ -1,6 +1,6 @@
 """Units in numbers: frequencies in Hz, rpm or rad/s, lengths in mm or m. A request has rad/s and m.
 
->>> in_si({"omega": ["9 Hz", "1200 rpm"], "clearance": {"right": "0.5 mm"}}, "SI")
+>>> in_si({"omega": ["9 Hz", "1200 rpm"], "clearance": {"right": "0.5 mm"}}, "SI", [])
 {'omega': [56.548667764616276, 125.66370614359172], 'clearance': {'right': 0.0005}}
 """
 
@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from grazemap.constants import ENGINEERING_UNITS, UNITS
 
@@ -29,15 +29,18 @@ _OF_THE_FIELD_AROUND = ("start", "stop", "right", "left")
 _OF_WHAT_VARIES = ("values", "range")
 
 
-class UnitRefused(ValueError):
-    """A unit that cannot be used: where, why, and what is allowed."""
+class Refused(NamedTuple):
+    """A unit that cannot be used."""
 
-    def __init__(self, pointer: str, detail: str, allowed: str) -> None:
-        super().__init__(detail)
-        self.pointer, self.detail, self.allowed = pointer, detail, allowed
+    pointer: str
+    """JSON pointer of the number."""
+    detail: str
+    """Why."""
+    allowed: str
+    """What is allowed."""
 
 
-def in_si(value: Any, units: object, name: str = "", pointer: str = "") -> Any:
+def in_si(value: Any, units: object, refused: list[Refused], name: str = "", pointer: str = "") -> Any:
     """Return the fields of a request with the texts of numbers with a unit, as "4.2 mm", replaced by numbers.
 
     Parameters
@@ -46,31 +49,31 @@ def in_si(value: Any, units: object, name: str = "", pointer: str = "") -> Any:
         Anything but texts in fields that have a unit is returned as it is.
     units : str
         "SI" or "nondimensional".
+    refused : list
+        Receives the units that are not those of their field, and all of them where the oscillator is nondimensional.
     name : str
         The field that has the value.
     pointer : str
         JSON pointer of the value.
-
-    Raises
-    ------
-    UnitRefused
-        A unit that is not one of the field, or any unit where the oscillator is nondimensional.
     """
     if isinstance(value, Mapping):
         varies = str(value.get("vary") or value.get("quantity") or name).partition("[")[0]
         names: dict[Any, str] = {**dict.fromkeys(_OF_THE_FIELD_AROUND, name), **dict.fromkeys(_OF_WHAT_VARIES, varies)}
-        return {key: in_si(item, units, names.get(key) or str(key), f"{pointer}/{key}") for key, item in value.items()}
+        return {
+            key: in_si(item, units, refused, names.get(key) or str(key), f"{pointer}/{key}")
+            for key, item in value.items()
+        }
     if isinstance(value, list | tuple):
-        converted = [in_si(item, units, name, f"{pointer}/{place}") for place, item in enumerate(value)]
+        converted = [in_si(item, units, refused, name, f"{pointer}/{place}") for place, item in enumerate(value)]
         return tuple(converted) if isinstance(value, tuple) else converted
     if not isinstance(value, str) or name not in FIELD_UNITS:
         return value
     match = _NUMBER.fullmatch(value.strip())
     if match is None or not match[2]:
         return value
-    if refused := refusal(value, name, units):
-        detail, allowed = refused
-        raise UnitRefused(pointer, detail, allowed.replace("--units SI", 'units="SI"'))
+    if reason := refusal(value, name, units):
+        refused.append(Refused(pointer, reason[0], reason[1].replace("--units SI", 'units="SI"')))
+        return value
     return _CONVERSIONS[FIELD_UNITS[name]][match[2]](float(match[1]))
 
 

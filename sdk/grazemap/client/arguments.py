@@ -16,7 +16,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
 from grazemap.results import PeriodicOrbit, State
-from grazemap.units import UnitRefused, in_si
+from grazemap.units import Refused, in_si
 from grazemap.wire import (
     BasinCoordinate,
     BifurcationCurvesRequest,
@@ -25,6 +25,7 @@ from grazemap.wire import (
     Interval,
     OrbitMotion,
     Oscillator,
+    ProblemError,
     ProcessRequest,
     Range,
     Statement,
@@ -33,7 +34,7 @@ from grazemap.wire import (
 from grazemap.wire.base import Kind, is_range_or_list, plain
 from grazemap.wire.observables import OutputRow
 from grazemap.wire.planes import ALLOWED, AXES, Axis, WindowAxis, vary_of
-from grazemap.wire.problems import refusal
+from grazemap.wire.problems import parameter_error, refusal
 from grazemap.wire.structure import is_of_sides
 
 OscillatorLike = Oscillator | Mapping[str, Any] | None
@@ -108,10 +109,10 @@ def with_si_numbers(body: Mapping[str, Any]) -> dict[str, Any]:
     """Return the fields of a request with numbers for texts with a unit, as "9 Hz". Raises ParameterError."""
     oscillator = body.get("oscillator")
     units = oscillator.get("units") if isinstance(oscillator, Mapping) else getattr(oscillator, "units", None)
-    try:
-        fields: dict[str, Any] = in_si(body, units or "nondimensional")
-    except UnitRefused as error:
-        raise refusal(error.pointer, error.detail, error.allowed) from error
+    refused: list[Refused] = []
+    fields: dict[str, Any] = in_si(body, units or "nondimensional", refused)
+    if refused:
+        raise parameter_error([ProblemError(**entry._asdict()) for entry in refused])
     return fields
 
 

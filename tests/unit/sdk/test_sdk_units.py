@@ -50,4 +50,6 @@ def test_what_is_no_number_with_a_unit_of_its_field_is_named(machine, omega, exp
 
 def test_texts_that_are_no_quantities_stay_as_they_are():
     fields = {"policy": "5 mm", "horizontal": {"vary": "restitution", "values": ["1 mm"]}, "name": ("9 Hz",)}
-    assert in_si(fields, "SI") == fields
+    refused = []
+    assert in_si(fields, "SI", refused) == fields
+    assert refused == []
