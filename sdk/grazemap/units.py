@@ -26,7 +26,7 @@ FIELD_UNITS = UNITS | {"overshoot": "m", "displacement": "m"}
 _NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?) ?([A-Za-z/]*)")
 # Fields that have numbers of the quantity of the field around them, or of the one that `vary` or `quantity` names.
 _OF_THE_FIELD_AROUND = ("start", "stop", "right", "left")
-_OF_WHAT_VARIES = ("values", "range")
+OF_WHAT_VARIES = ("values", "range")
 
 
 class Refused(NamedTuple):
@@ -58,7 +58,7 @@ def in_si(value: Any, units: object, refused: list[Refused], name: str = "", poi
     """
     if isinstance(value, Mapping):
         varies = str(value.get("vary") or value.get("quantity") or name).partition("[")[0]
-        names: dict[Any, str] = {**dict.fromkeys(_OF_THE_FIELD_AROUND, name), **dict.fromkeys(_OF_WHAT_VARIES, varies)}
+        names: dict[Any, str] = {**dict.fromkeys(_OF_THE_FIELD_AROUND, name), **dict.fromkeys(OF_WHAT_VARIES, varies)}
         return {
             key: in_si(item, units, refused, names.get(key) or str(key), f"{pointer}/{key}")
             for key, item in value.items()

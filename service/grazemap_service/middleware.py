@@ -19,7 +19,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from grazemap_service.keys import Keys
 from grazemap_service.problems import ProblemException, response_of
 from grazemap_service.rendered import RENDERED_TYPES
-from grazemap_service.representations import NPZ_TYPE
+from grazemap_service.representations import LINES_TYPE, NPZ_TYPE, TEXT_TYPE
 from grazemap_service.request_body import BodyLimit, ReadRestOfBody
 from grazemap_service.settings import ServiceSettings, is_loopback
 
@@ -32,7 +32,8 @@ _GZIP_LEVEL = 1
 _NOT_COMPRESSED = (
     *DEFAULT_EXCLUDED_CONTENT_TYPES,
     NPZ_TYPE,
-    *("application/x-ndjson", "text/plain"),
+    LINES_TYPE,
+    TEXT_TYPE,
     *(media.partition(";")[0] for form, media in RENDERED_TYPES.items() if form not in ("csv", "svg")),
 )
 

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import os
 import subprocess
-import tempfile
-from pathlib import Path
+from contextlib import closing
 
 from grazemap.constants import TABLE_FILES
 from grazemap.module_command import module_command
 from grazemap_service.problems import ProblemException
+from grazemap_service.temporary import TemporaryFolder
 from grazemap_worker.system import tied
 
 RENDERED_TYPES = {
@@ -47,8 +47,8 @@ def rendered(npz: bytes, form: str, table: str = "") -> bytes:
         "not-acceptable": the result has no such table or picture, what writes it is not installed here, or it is too
         large.
     """
-    with tempfile.TemporaryDirectory(prefix="grazemap-") as folder:
-        result, output = Path(folder, "result.npz"), Path(folder, f"result.{form}")
+    with closing(TemporaryFolder("result")) as folder:
+        result, output = folder.path / "result.npz", folder.path / f"result.{form}"
         result.write_bytes(npz)
         is_table = output.suffix in TABLE_FILES
         options = ["show" if is_table else "plot", str(result), "-o", str(output)]

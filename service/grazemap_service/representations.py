@@ -29,6 +29,8 @@ from grazemap_service.problems import ProblemException
 from grazemap_service.rendered import RENDERED_TYPES, rendered
 
 NPZ_TYPE = "application/x-npz"
+LINES_TYPE, TEXT_TYPE = "application/x-ndjson", "text/plain"
+"""Of the lines of a batch; the second for clients, such as generated ones, that do not know the first."""
 # Names and media types, in the order of the server's preference.
 MEDIA_TYPES = {"json": "application/json", "npz": NPZ_TYPE}
 RESULT_TYPES = {**MEDIA_TYPES, **RENDERED_TYPES}
@@ -46,6 +48,8 @@ LARGE_BYTES = 1 << 20
 _CHUNK_BYTES = 1 << 16
 # Maximum number of representations that are loaded at a time.
 _AT_A_TIME = 2
+# Maximum number of tables and pictures that are made at a time, by processes of their own; other forms do not wait.
+_DRAWN_AT_A_TIME = 1
 
 
 def negotiate(accept: str, requested_form: str | None, forms: Mapping[str, str] = MEDIA_TYPES) -> str:
@@ -170,6 +174,7 @@ class RepresentationCache:
     def __init__(self, cache_bytes: int, sent_bytes: int) -> None:
         self._cache_bytes, self._sent_bytes = cache_bytes, sent_bytes
         self._limiter = anyio.CapacityLimiter(_AT_A_TIME)
+        self._drawing = anyio.CapacityLimiter(_DRAWN_AT_A_TIME)
         # a lock exists as long as a request holds it or waits for it
         self._locks: WeakValueDictionary[str, anyio.Lock] = WeakValueDictionary()
         self._large_lock = anyio.Lock()
@@ -208,18 +213,18 @@ class RepresentationCache:
                 entry.users += 1
                 self._entries.move_to_end(etag)
                 return entry
-            if size > LARGE_BYTES:
-                return await self._in_turn(etag, form, load, table)
+            drawn = form in RENDERED_TYPES  # by a process of its own, which takes seconds
+            if size > LARGE_BYTES and not drawn:
+                return await self._in_turn(etag, form, load)
             npz = await run_sync(load, limiter=self._limiter)
             if npz is None:
                 return None
             if form == "json" and unpacked_size(npz) > LARGE_BYTES:
                 return await self._in_turn(etag, form, lambda: npz)
-            return self._add(etag, await run_sync(_whole, npz, form, table, limiter=self._limiter))
+            limiter = self._drawing if drawn else self._limiter
+            return self._add(etag, await run_sync(_whole, npz, form, table, limiter=limiter))
 
-    async def _in_turn(
-        self, etag: str, form: str, load: Callable[[], bytes | None], table: str = ""
-    ) -> CachedRepresentation | None:
+    async def _in_turn(self, etag: str, form: str, load: Callable[[], bytes | None]) -> CachedRepresentation | None:
         """Return a large representation, as soon as the representations being sent take at most `sent_bytes`."""
         async with self._large_lock:
             while self.bytes_in_use > self._sent_bytes:
@@ -228,7 +233,7 @@ class RepresentationCache:
             npz = await run_sync(load, limiter=self._limiter)
             if npz is None:
                 return None
-            return self._add(etag, await run_sync(_large, npz, form, table, limiter=self._limiter))
+            return self._add(etag, await run_sync(_large, npz, form, limiter=self._limiter))
 
     def _add(self, etag: str, entry: CachedRepresentation) -> CachedRepresentation:
         entry.users = 1
@@ -287,9 +292,9 @@ def _whole(npz: bytes, form: str, table: str) -> CachedRepresentation:
     return CachedRepresentation(content, len(content))
 
 
-def _large(npz: bytes, form: str, table: str) -> CachedRepresentation:
-    if form != "json":
-        return _whole(npz, form, table)
+def _large(npz: bytes, form: str) -> CachedRepresentation:
+    if form == "npz":
+        return CachedRepresentation(npz, len(npz))
     return CachedRepresentation(_for_json(npz), unpacked_size(npz))
 
 

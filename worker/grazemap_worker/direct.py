@@ -559,7 +559,7 @@ def _compile_kernels(step: str, listen: Listen = _nobody) -> None:
             while step not in kernels.ready:
                 kernels.look()
                 kernels.advance()
-                say(kernels.status_texts().get(step))
+                say(kernels.status_texts(kernels.waits()).get(step))
                 time.sleep(_LOOK_SECONDS)
         finally:
             kernels.stop()

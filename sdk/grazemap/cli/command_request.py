@@ -125,7 +125,7 @@ class CommandRequest:
     def _quantity_of(self, flag: Flag) -> str:
         """Return the field whose quantity the numbers of a flag are: for a range, the field that `vary` names."""
         *parents, name = flag.place
-        if name not in ("values", "range"):
+        if name not in units.OF_WHAT_VARIES:
             return flag.field
         quantities = (self._effective_value((*parents, field)) for field in ("quantity", "vary"))
         return str(next(filter(None, quantities), "")).partition("[")[0]

@@ -22,14 +22,11 @@ from grazemap_service.context import Context, CurrentContext
 from grazemap_service.jobs import PREFIX, CurrentRequester, job_path, planned, start
 from grazemap_service.openapi import SUBMISSION_KINDS, problem_responses
 from grazemap_service.problems import ProblemException, answer_to
-from grazemap_service.representations import LARGE_BYTES, render
+from grazemap_service.representations import LARGE_BYTES, LINES_TYPE, TEXT_TYPE, render
 from grazemap_service.request_body import JsonRoute
 from grazemap_worker.store import Requester, ResultInfo, Submission
 
 MAX_REQUESTS = 1000
-_LINES = "application/x-ndjson"
-# the same lines for clients, such as generated ones, that do not know this media type
-_TEXT = "text/plain"
 # Number of requests that are submitted, or results that are read, at a time.
 _AT_A_TIME = 25
 # Seconds without an ended job after which all jobs are read, and an empty line keeps the connection open.
@@ -79,7 +76,7 @@ Batch.build()  # as the requests of processes
             "place of the request. A job has `id`, `status`, and `result` or `npz` (base64); a result of more "
             "than a megabyte has `href` in their place. A failed job, and a request that was not accepted, have "
             "`problem`. Empty lines mean nothing.",
-            "content": {_LINES: {"schema": {"type": "string"}}, _TEXT: {"schema": {"type": "string"}}},
+            "content": {LINES_TYPE: {"schema": {"type": "string"}}, TEXT_TYPE: {"schema": {"type": "string"}}},
         },
         **problem_responses(*(kind for kind in SUBMISSION_KINDS if kind != "queue-full")),
     },
@@ -97,7 +94,7 @@ async def post_batch(
     """
     submissions = await run_sync(_checked, context, batch)
     lines = _answers(request, context, requester, submissions, form)
-    media_type = _TEXT if request.headers.get("accept", "").startswith(_TEXT) else _LINES
+    media_type = TEXT_TYPE if request.headers.get("accept", "").startswith(TEXT_TYPE) else LINES_TYPE
     return StreamingResponse(lines, media_type=media_type, headers={"Cache-Control": "no-store", "Vary": "Accept"})
 
 

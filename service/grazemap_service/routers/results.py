@@ -7,7 +7,7 @@ example with another numpy, its ETag changes.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Annotated, Any
 
 from anyio.to_thread import run_sync
@@ -38,21 +38,16 @@ router = APIRouter(tags=["results"])
 # Results of up to this many bytes are read in the same call as their size and digest.
 _READ_AT_ONCE = 1 << 16
 
-Form = Annotated[
-    str | None,
-    Query(
-        alias="f",
-        description="The form of the tile; overrides Accept.",
-        json_schema_extra={"enum": sorted(MEDIA_TYPES)},
-    ),
-]
+
+def _form(description: str, forms: Iterable[str]) -> Any:
+    """Return the query parameter of the form of an answer."""
+    return Query(alias="f", description=description, json_schema_extra={"enum": sorted(forms)})
+
+
+TileForm = Annotated[str | None, _form("The form of the tile; overrides Accept.", MEDIA_TYPES)]
 ResultForm = Annotated[
     str | None,
-    Query(
-        alias="f",
-        description="The form of the result: all of it (json, npz), a table, or a picture; overrides Accept.",
-        json_schema_extra={"enum": sorted(RESULT_TYPES)},
-    ),
+    _form("The form of the result: all of it (json, npz), a table, or a picture; overrides Accept.", RESULT_TYPES),
 ]
 Table = Annotated[
     str,
@@ -209,7 +204,7 @@ async def get_tile(
     job: KnownJob,
     context: CurrentContext,
     index: Annotated[str, Path(description="The tile's number.")],
-    requested_form: Form = None,
+    requested_form: TileForm = None,
     accept: Accept = None,
 ) -> Response:
     """Return a finished tile."""

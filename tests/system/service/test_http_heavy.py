@@ -230,3 +230,26 @@ def test_clients_that_do_not_read_hold_little_and_are_disconnected(
                 while piece := connection.recv(1 << 20):
                     received += len(piece)
             assert received < min(lengths)
+
+
+def test_results_do_not_wait_for_pictures(
+    fresh_client: TestClient, worker: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    client, go_on = fresh_client, threading.Event()
+    job = client.post("/v1/grazing-curves", json=CURVE).json()
+    worker.finish(job["id"])
+    path = f"/v1/jobs/{job['id']}/result"
+
+    def slow(npz: bytes, form: str, table: str) -> bytes:
+        assert go_on.wait(30.0)
+        return form.encode()
+
+    monkeypatch.setattr(representations, "rendered", slow)
+    with ThreadPoolExecutor(3) as pool:
+        drawn = [pool.submit(client.get, f"{path}?f={form}") for form in ("png", "svg", "pdf")]
+        time.sleep(0.5)
+        began = time.monotonic()
+        assert client.get(path).status_code == 200
+        assert time.monotonic() - began < 10.0
+        go_on.set()
+        assert [future.result().content for future in drawn] == [b"png", b"svg", b"pdf"]

@@ -57,7 +57,7 @@ def test_only_steps_are_compiled(loaded: list[str]) -> None:
     kernels = Kernels(())
     kernels.want(["core", "maps-3", "another", ""])
     assert not kernels.advance()
-    assert kernels.status_texts() == {}
+    assert kernels.status_texts(kernels.waits()) == {}
 
 
 def test_what_two_steps_have_in_common_is_compiled_once(loaded: list[str]) -> None:
@@ -103,7 +103,7 @@ def test_steps_are_ready_one_after_another_while_two_processes_compile(
     assert waits["maps"] == max(names, seconds["lockstep"])
     assert waits["orbits"] == names + seconds["orbits"]
     assert waits["apart_maps"] == seconds["lockstep"] + seconds["apart"]  # nobody waits for it yet
-    assert kernels.status_texts()["maps"] == f"kernels for maps, ready in about {waits['maps']:.0f} s"
+    assert kernels.status_texts(kernels.waits())["maps"] == f"kernels for maps, ready in about {waits['maps']:.0f} s"
     now[0] += 1.5 * seconds["curves"]
     kernel_folder.record("curves")  # as the process does
     assert kernels.advance()

@@ -14,7 +14,7 @@ import signal
 import subprocess
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from importlib import import_module
@@ -183,9 +183,8 @@ class Kernels:
                     done, free = ends, processes
         return waits
 
-    def status_texts(self) -> dict[str, str]:
-        """Return a text for each wanted step: in how many seconds it is ready."""
-        waits = self.waits()
+    def status_texts(self, waits: Mapping[str, float]) -> dict[str, str]:
+        """Return a text for each wanted step: in how many seconds it is ready, from `waits`."""
         return {name: f"{_label(name)}, ready in about {waits[name]:.0f} s" for name in self._wanted}
 
     def stop(self) -> None:

@@ -129,11 +129,12 @@ class Supervisor:
 
     def _round(self) -> None:
         self._kernels.want(self._reconciler.reconcile())
-        texts = self._kernels.status_texts()
+        waits = self._kernels.waits()
+        texts = self._kernels.status_texts(waits)
         for name, text in texts.items():
             self._store.workers.set_compiling(name, text)
         self._store.workers.set_starting(next(iter(texts.values()), ""))
-        self._store.workers.set_waits(self._kernels.waits())
+        self._store.workers.set_waits(waits)
 
     def _kill_if_it_hangs(self, slot: _Slot) -> None:
         reason = self._hangs(slot)
