@@ -34,7 +34,7 @@ periodic orbits and their branches, and proofs with certificates.
 1. **Post** a request to a process; the answer is a job, and `Location` is its address.
 2. **Wait** until its `status` is `successful`: request the job again, follow its events, or post with the header
    `Prefer: wait=30`.
-3. **Open the result**, `/v1/jobs/{job_id}/result`, as JSON or numpy's npz.
+3. **Open the result**, `/v1/jobs/{job_id}/result`, as JSON, npz, a table (`?f=csv`) or a picture (`?f=png`).
 
 Equal requests have the same job, also of different clients. Every error is a problem after RFC 9457.
 
