@@ -91,7 +91,16 @@ borders: $(RUN_STAMP)  #: compute unfolding diagrams with every border explained
 pictures: $(STAMP)  ## make pictures, and a page with the code of each, into out/pictures/ (two minutes)
 	$(BIN)/python examples/pictures.py
 
-serve: $(RUN_STAMP)  ## run the whole stack on this machine until Ctrl-C, with the jobs of make run
+# made anew where a page or a picture is newer
+GUIDE := service/grazemap_service/guide/index.html
+$(GUIDE): $(RUN_STAMP) $(shell find docs -type f)
+	@echo "building the guide ..."
+	@$(BIN)/python -m sphinx -q -W --keep-going -d .cache/guide docs $(@D)
+	@touch $@
+
+guide: $(GUIDE)  ## build the guide, for any web server, into service/grazemap_service/guide/; `make serve` shows it at /guide
+
+serve: $(RUN_STAMP) $(GUIDE)  ## run the whole stack on this machine until Ctrl-C, with the jobs of make run
 	$(BIN)/grazemap up $(if $(wildcard out/data),--data out/data)
 
 # The instructions of x86-64-v3, as the recorded digests have them: one set of kernels serves these and all other tests.
@@ -285,12 +294,16 @@ performance: $(STAMP)  #: write docs/performance.md and its picture from the las
 	cp out/bench.json docs/performance.json
 	$(BIN)/python -m benchmarks.report docs/performance.json > docs/performance.md
 
-tables: $(STAMP)  #: write the tables and signatures in docs/api.md and docs/sdk.md, and the stubs of the client, from the code
-	$(BIN)/python docs/field_tables.py
+tables: $(STAMP)  #: write the tables and signatures of the guide, and the stubs of the client, from the code
+	$(BIN)/python -m tools.guide.tables
 	$(BIN)/python tools/generate_stubs.py
 
-machines: $(RUN_STAMP)  #: write what the blocks of docs/machines.md print, and its drawings
-	$(BIN)/python docs/machine_page.py
+pages: $(STAMP)  #: run the examples of the guide, and write what they print and draw (some minutes)
+	$(BIN)/python -m tools.guide.drawings
+	$(BIN)/python -m tools.guide.pages
+
+check-pages: $(STAMP)  #: compare what the examples of the guide print with what it shows (some minutes)
+	$(BIN)/python -m tools.guide.pages --check
 
 house: $(STAMP)  #: draw docs/pictures/house.svg, the folders and modules, from the imports
 	$(BIN)/python -m tools.house

@@ -14,7 +14,7 @@ from tools.first_start import PYTHONS, ROOT
 
 LOCK = ROOT / "requirements.lock"
 PARTS = {
-    "what runs": ("server", "plot", "proofs"),
+    "what runs": ("server", "plot", "proofs", "guide"),
     "what tests need": ("test",),
     "what style and pages need": ("dev",),
     "what benchmarks need": ("dev", "bench"),

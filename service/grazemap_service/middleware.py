@@ -23,8 +23,8 @@ from grazemap_service.representations import LINES_TYPE, NPZ_TYPE, TEXT_TYPE
 from grazemap_service.request_body import BodyLimit, ReadRestOfBody
 from grazemap_service.settings import ServiceSettings, is_loopback
 
-OPEN_PATHS = frozenset({"/", "/healthz", "/readyz", "/docs", "/openapi.json", "/favicon.ico"})
-OPEN_PREFIX = "/static/"
+OPEN_PATHS = frozenset({"/", "/healthz", "/readyz", "/docs", "/guide", "/openapi.json", "/favicon.ico"})
+OPEN_PREFIXES = ("/static/", "/guide/")
 _CHUNK_BYTES = 1 << 16
 # JSON of a map has a third of its size at this level; the highest one saves a tenth of that in ten times the time.
 _GZIP_LEVEL = 1
@@ -180,7 +180,7 @@ class KeyCheck:
 
     @staticmethod
     def _is_open(path: str) -> bool:
-        return path in OPEN_PATHS or path.startswith(OPEN_PREFIX)
+        return path in OPEN_PATHS or path.startswith(OPEN_PREFIXES)
 
     def _allows(self, scope: Scope) -> bool:
         if not self.keys.required:

@@ -1,7 +1,8 @@
-"""The HTML pages / and /docs, and their static files, all from this host, with a strict Content-Security-Policy.
+"""The HTML pages / and /docs, the guide, and their static files, all from this host, with a Content-Security-Policy.
 
 The docs page is Swagger UI from the files of the package fastapi-offline. Its start-up script and its style are files
-of grazemap, so that neither inline scripts nor inline styles are needed.
+of grazemap, so that neither inline scripts nor inline styles are needed. The guide is what Sphinx made of docs/, which
+has both.
 """
 
 from __future__ import annotations
@@ -18,12 +19,19 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import Receive, Scope, Send
 
 import grazemap
+from grazemap_service.problems import ProblemException
 
 _OWN = Path(__file__).parent.parent / "static"
+_GUIDE = Path(__file__).parent.parent / "guide"
 _PALETTE = Path(grazemap.__file__).parent / "palette.json"
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+# its pages set the theme before they are drawn, and its search is a form
+_GUIDE_POLICY = (
+    "default-src 'none'; script-src 'self' 'unsafe-inline'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; "
+    "font-src 'self'; connect-src 'self'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
 )
 
 
@@ -54,11 +62,30 @@ class _WholeFiles(StaticFiles):
         return _WholeFile(full_path, status_code, {"Cache-Control": "no-cache"}, stat_result=stat_result)
 
 
+class _Guide(_WholeFiles):
+    """The pages of the guide; where it was not built, an answer that says so."""
+
+    def file_response(
+        self, full_path: str | os.PathLike[str], stat_result: os.stat_result, scope: Scope, status_code: int = 200
+    ) -> Response:
+        """Return the response with a page that may run its own scripts."""
+        response = super().file_response(full_path, stat_result, scope, status_code)
+        response.headers["Content-Security-Policy"] = _GUIDE_POLICY
+        return response
+
+    async def get_response(self, path: str, scope: Scope) -> Response:
+        """Return the response with a page or a file of the guide."""
+        if not _GUIDE.is_dir():
+            raise ProblemException("not-found", "The guide was not built with this installation: `make guide` builds it.")
+        return await super().get_response(path, scope)
+
+
 def install(app: FastAPI) -> None:
     """Add the pages and their files to the app."""
     app.add_route("/", _page("index.html"), methods=["GET"], include_in_schema=False)
     app.add_route("/docs", _page("docs.html"), methods=["GET"], include_in_schema=False)
     app.add_route("/static/palette.json", _palette, methods=["GET"], include_in_schema=False)
+    app.mount("/guide", _Guide(directory=_GUIDE, html=True, check_dir=False), name="guide")
     app.mount("/static/swagger", _WholeFiles(directory=_swagger_files()), name="swagger")
     app.mount("/static", _WholeFiles(directory=_OWN), name="static")
 

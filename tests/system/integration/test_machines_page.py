@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -16,13 +15,9 @@ import pytest
 import grazemap
 from grazemap import Oscillator
 from grazemap.local_client import LocalClient
+from tools.guide import drawings, pages
 
-DOCS = Path(__file__).parents[3] / "docs"
-sys.path.insert(0, str(DOCS))
-import machine_drawings  # noqa: E402
-import machine_page  # noqa: E402
-
-PAGE = machine_page.PAGE.read_text("utf-8")
+PAGE = (pages.DOCS / "machines.md").read_text("utf-8")
 
 
 def numbers_of(value: Any) -> Iterator[Any]:
@@ -62,7 +57,7 @@ def test_the_blocks_print_what_the_page_shows(
         answer: dict[str, Any] = httpx2.get(f"{stack.base_url}/v1/jobs/{posted.json()['id']}/result?f=json").json()
         return answer
 
-    blocks = list(machine_page.run(PAGE, ask))
+    blocks = list(pages.run(PAGE, ask))
     assert asked == [200] * 6  # the job of the Python code before it; a new one would be 201
     for block in blocks:
         assert same(block.shown, block.printed) if block.language == "sh" else block.shown == block.printed
@@ -78,13 +73,13 @@ def test_a_changed_number_is_noticed() -> None:
 
 def test_what_a_block_prints_is_written_after_it() -> None:
     page = "```python\nprint(3)\n```\n\n```text\n4\n```\n\n```python\nx = 1\n```\n"
-    assert machine_page.written(page, lambda *_: {}) == page.replace("4", "3")
+    assert pages.written(page, lambda *_: {}) == page.replace("4", "3")
 
 
 def test_the_drawings_are_those_of_the_script() -> None:
-    for name, (title, parts) in machine_drawings.DRAWINGS.items():
-        path = machine_drawings.FOLDER / f"machine_{name}.svg"
-        assert path.read_text("utf-8") == machine_drawings.drawing(title, parts), "python docs/machine_drawings.py"
+    for name, (title, parts) in drawings.DRAWINGS.items():
+        path = drawings.FOLDER / f"machine_{name}.svg"
+        assert path.read_text("utf-8") == drawings.drawing(title, parts), "python docs/drawings.py"
         assert f"![{title}](pictures/machine_{name}.svg)" in PAGE
 
 

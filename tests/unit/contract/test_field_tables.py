@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import ast
-import importlib.util
 import inspect
 import re
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -15,31 +13,30 @@ from grazemap import Client, local
 from grazemap.client.process_methods import METHODS
 from grazemap.results import SCHEMAS
 from grazemap.wire import PROCESSES
-
-DOCS = Path(__file__).parents[3] / "docs"
-
-
-@pytest.fixture(scope="module")
-def tables() -> Any:
-    spec = importlib.util.spec_from_file_location("field_tables", DOCS / "field_tables.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+from tools.guide import tables
 
 
-@pytest.mark.parametrize("page", ["api.md", "sdk.md"])
-def test_the_tables_are_those_of_the_schemas(tables: Any, page: str) -> None:
-    text = (DOCS / page).read_text("utf-8")
+@pytest.mark.parametrize("page", tables.pages(), ids=lambda page: page.name)
+def test_the_tables_are_those_of_the_schemas(page: Path) -> None:
+    text = page.read_text("utf-8")
     assert tables.written(text) == text, "run `make tables`"
+
+
+def test_a_stale_table_is_noticed() -> None:
+    text = (tables.REFERENCE / "grazing-curves.md").read_text("utf-8")
     stale = text.replace("first_recurrence", "last_recurrence")
     assert stale != text
-    assert tables.written(stale) != stale
+    assert tables.written(stale) == text
+
+
+@pytest.mark.parametrize("process", PROCESSES)
+def test_a_new_process_gets_a_page(process: str) -> None:
+    page = tables.written(tables.new_page(process))
+    assert all(f"| `{name}` |" in page for name in PROCESSES[process].model_fields)
 
 
 def test_the_guide_has_the_fields_of_every_result() -> None:
-    text = (DOCS / "api.md").read_text("utf-8")
+    text = "".join(page.read_text("utf-8") for page in tables.pages())
     shown = set(re.findall(r"<!-- fields of (\w+) -->", text))
     # a list of trajectories has one field, which the text names
     assert {schema.name for schema in SCHEMAS} - {"Trajectories", "CodimensionTwoPoints"} <= shown
@@ -49,7 +46,8 @@ def test_the_guides_have_every_process_and_every_signature() -> None:
     """Of the client, of `local`, and of each method of a process: its parameters with their defaults."""
     methods = {name: getattr(Client, name) for name in METHODS}
     assert len(methods) == len(PROCESSES)
-    guide = (DOCS / "sdk.md").read_text("utf-8")
+    guide = (tables.DOCS / "sdk.md").read_text("utf-8")
+    guide += "".join((tables.REFERENCE / f"{process}.md").read_text("utf-8") for process in PROCESSES)
     for name, function in {"Client": Client, "local": local, **methods}.items():
         expected = {
             parameter.name: parameter.default if parameter.default is not parameter.empty else ...
@@ -61,7 +59,7 @@ def test_the_guides_have_every_process_and_every_signature() -> None:
             _parameters(signature) for signature in re.findall(rf"^{called}(\(.*?\))$", guide, re.DOTALL | re.MULTILINE)
         ]
         assert expected in shown, name
-    posted = re.findall(r"^\| `/v1/([\w-]+)` \|", (DOCS / "api.md").read_text("utf-8"), re.MULTILINE)
+    posted = re.findall(r"^\| `/v1/([\w-]+)` \|", (tables.REFERENCE / "http.md").read_text("utf-8"), re.MULTILINE)
     assert posted == [*PROCESSES]
 
 

@@ -1,4 +1,4 @@
-"""Draw the machines of docs/machines.md: `python docs/machine_drawings.py` writes docs/pictures/machine_*.svg.
+"""Draw the machines of docs/machines.md: `python -m tools.guide.drawings` writes docs/pictures/machine_*.svg.
 
 Every drawing is of one row of masses, springs and dampers, with the ground on the left. Lines and texts have the colour
 of the reader's theme, light or dark.
@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from html import escape
 from pathlib import Path
 
-FOLDER = Path(__file__).parent / "pictures"
+FOLDER = Path(__file__).parents[2] / "docs" / "pictures"
 WIDTH, HEIGHT = 660, 236
 AXIS = 152  # height of the masses' middle
 STYLE = """

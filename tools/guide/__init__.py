@@ -1,0 +1,1 @@
+"""What the guide in docs/ has from the code: tables, what its examples print, drawings."""

@@ -1,0 +1,256 @@
+"""Write the tables and signatures that follow from the code, in the guide: `python -m tools.guide.tables`.
+
+A table stands between ``<!-- fields of NAME -->`` and ``<!-- end of fields -->``, where NAME is that of a result or a
+record in the schemas, "request-PROCESS" for how a process is called and what it takes, "classes" for the table of the
+client's classes, "processes" for the addresses of all processes, "clients" for how a
+client is made, or "methods" for those of a client. A process without a page gets one, to be written on by hand.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
+from inspect import Parameter, signature
+from pathlib import Path
+from textwrap import fill
+from typing import Any
+
+from grazemap import Client, local
+from grazemap.client.process_methods import METHODS
+from grazemap.results import RESULTS, SCHEMAS
+from grazemap.results.base import Result
+from grazemap.results.fields import Field, RecordSchema, ResultSchema
+from grazemap.results.observables import OBSERVABLES
+from grazemap.wire import PROCESSES
+
+DOCS = Path(__file__).parents[2] / "docs"
+REFERENCE = DOCS / "reference"
+# Bounds beyond this keep powers of numbers finite, and tell nobody anything.
+_LARGE = 1e30
+_TABLE = re.compile(r"(<!-- fields of ([\w-]+) -->\n).*?(<!-- end of fields -->)", re.DOTALL)
+
+
+def pages() -> list[Path]:
+    """Return the pages that have tables."""
+    return [DOCS / "sdk.md", *sorted(REFERENCE.glob("*.md"))]
+
+
+def written(text: str) -> str:
+    """Return a page with its tables as they should be. Raises KeyError for a name that no schema has."""
+    return _TABLE.sub(lambda found: found[1] + _table(found[2]) + found[3], text)
+
+
+def _results(process: str) -> list[ResultSchema]:
+    return [schema for schema in SCHEMAS if schema.process == process]
+
+
+def new_page(process: str) -> str:
+    """Return a page about a process, to be written on by hand."""
+    operation = PROCESSES[process].operation
+    example = json.dumps(next(iter(operation.examples.values())))
+    parts = [f"# {operation.summary}", f"<!-- fields of request-{process} -->\n<!-- end of fields -->"]
+    parts.append(f"```json\n{example}\n```")
+    for schema in _results(process):
+        parts += [schema.description, f"<!-- fields of {schema.name} -->\n<!-- end of fields -->"]
+    return "\n\n".join(parts) + "\n"
+
+
+def _table(name: str) -> str:
+    parts: dict[str, Callable[[], Iterator[str]]] = {
+        "classes": _classes,
+        "processes": _processes,
+        "clients": _clients,
+        "methods": _methods,
+    }
+    parts |= {f"request-{process}": partial(_request, process) for process in PROCESSES}
+    rows = parts[name]() if name in parts else _fields(_records()[name])
+    return "\n".join(rows) + "\n"
+
+
+def _records(results: Iterable[ResultSchema] = SCHEMAS) -> dict[str, RecordSchema]:
+    def inside(record: RecordSchema) -> Iterator[RecordSchema]:
+        yield record
+        for one in _all_fields(record):
+            if isinstance(one.type, RecordSchema):
+                yield from inside(one.type)
+
+    return {record.name: record for schema in results for record in inside(schema)}
+
+
+def _all_fields(record: RecordSchema) -> tuple[Field, ...]:
+    return (*record, *record.in_json) if isinstance(record, ResultSchema) else record.fields
+
+
+def _fields(record: RecordSchema) -> Iterator[str]:
+    yield "| field | type | unit in SI | |"
+    yield "|---|---|---|---|"
+    named = [one for one in _all_fields(record) if one.name not in OBSERVABLES]
+    for one in named:
+        index = f" A position in `{one.index_of}`." if one.index_of else ""
+        null = " May be null." if one.null else ""
+        when = f" Only {one.when}." if one.when else ""
+        text = (one.description + index + null + when).replace("|", "\\|")
+        yield f"| `{one.name}` | {_type(one)} | {one.unit} | {text} |"
+    if len(named) < len(_all_fields(record)):
+        yield "| an observable |  |  | By its name, where [`observables`](observables.md) names it. |"
+
+
+def _type(one: Field) -> str:
+    if isinstance(one.type, RecordSchema):
+        name = f"{one.type.name}"
+    elif isinstance(one.type, str):
+        name = {"str": "text", "complex": "complex"}.get(one.type, one.stored_dtype)
+    else:
+        name = "request"
+    return f"{name} [{', '.join(one.dims)}]" if one.dims else name
+
+
+def _request(process: str) -> Iterator[str]:
+    """Yield how a process is called, and the fields of its request."""
+    request = PROCESSES[process]
+    schema = request.model_json_schema()
+    yield f"{request.operation.description}\n"
+    yield "```py"
+    yield _call(f"client.{method_of(process)}", getattr(Client, method_of(process)))
+    yield "```\n"
+    yield f"`POST /v1/{process}` over HTTP, `grazemap {process}` on the command line. The result is a "
+    yield f"{_or(_result_names(process))}.\n"
+    yield "| field | default | allowed | |"
+    yield "|---|---|---|---|"
+    for name, field in schema["properties"].items():
+        default = "" if "default" not in field or name == "oscillator" else f"`{json.dumps(field['default'])}`"
+        text = field.get("description", "").replace("|", "\\|")
+        yield f"| `{name}` | {default} | {allowed(field, schema['$defs'])} | {text} |"
+
+
+def method_of(process: str) -> str:
+    """Return the client's method for a process."""
+    (name,) = (name for name, method in METHODS.items() if method.process == process)
+    return name
+
+
+def _result_names(process: str) -> list[str]:
+    return [f"`{schema.name}`" for schema in _results(process)]
+
+
+def _or(names: list[str]) -> str:
+    return " or ".join(names)
+
+
+def allowed(field: Mapping[str, Any], records: Mapping[str, Any]) -> str:
+    """Return what a field of a JSON schema may be, in a few words."""
+    if "$ref" in field:
+        name = field["$ref"].rpartition("/")[2]
+        return allowed(records[name], records) if "enum" in records[name] else name
+    if "enum" in field:
+        if field["enum"][0] in OBSERVABLES:
+            return "[observables](observables.md)"
+        return ", ".join(f"`{json.dumps(value)}`" for value in field["enum"])
+    if "const" in field:
+        return f"`{json.dumps(field['const'])}`"
+    for union in ("oneOf", "anyOf"):
+        if union in field:
+            return _or([allowed(part, records) for part in field[union]])
+    kind = field["type"]
+    if kind == "array":
+        return f"list of {allowed(field['items'], records)}"
+    if kind in ("number", "integer"):
+        return _numbers(field)
+    return {"boolean": "`true`, `false`", "string": "text", "null": "`null`", "object": "named records"}[kind]
+
+
+def _numbers(field: Mapping[str, Any]) -> str:
+    """Return the range of a number; bounds that only keep powers of numbers finite are left out."""
+    what = {"number": "number", "integer": "whole number"}[field["type"]]
+    low, high = field.get("minimum"), field.get("maximum")
+    if "exclusiveMinimum" in field:
+        what += f" > {field['exclusiveMinimum']:g}"
+    elif low is not None and abs(low) < _LARGE:
+        what += f" >= {low:g}"
+    if high is not None and high < _LARGE:
+        what += f", at most {high:,}" if " >" in what else f" up to {high:,}"
+    return what
+
+
+def _processes() -> Iterator[str]:
+    yield "| POST | |"
+    yield "|---|---|"
+    for process, request in PROCESSES.items():
+        yield f"| `/v1/{process}` | {request.operation.description} |"
+
+
+def _clients() -> Iterator[str]:
+    yield "```py"
+    yield _call("Client", Client)
+    yield _call("local", local)
+    yield "```"
+
+
+def _methods() -> Iterator[str]:
+    yield "| method | result |"
+    yield "|---|---|"
+    for process in PROCESSES:
+        names = _or(_result_names(process))
+        yield f"| [`client.{method_of(process)}(..)`](reference/{process}.md) | {names} |"
+
+
+def _call(name: str, function: Callable[..., Any]) -> str:
+    """Return how a function is called, with its defaults."""
+    shown: list[str] = []
+    for one in signature(function).parameters.values():
+        if one.kind is Parameter.KEYWORD_ONLY and "*" not in shown:
+            shown.append("*")
+        if one.name != "self":
+            shown.append(one.name if one.default is Parameter.empty else f"{one.name}={_literal(one.default)}")
+    # lines are not broken inside a default
+    lines = fill(f"{name}({', '.join(shown)})", 118, subsequent_indent="    ", break_on_hyphens=False)
+    return lines.replace("\u2007", " ")
+
+
+def _literal(value: Any) -> str:
+    return (json.dumps(value) if isinstance(value, str) else repr(value)).replace(" ", "\u2007")
+
+
+def _classes() -> Iterator[str]:
+    yield "| class | attributes | and |"
+    yield "|---|---|---|"
+    for schema in SCHEMAS:
+        kind = RESULTS[schema.name]
+        shown = sorted(name for name, value in vars(kind).items() if _is_public(name, value))
+        methods = ", ".join(f"`{name}()`" if callable(vars(kind)[name]) else f"`{name}`" for name in shown)
+        yield f"| `{schema.name}` | {_attributes(schema, kind)} | {methods} |"
+
+
+def _is_public(name: str, value: object) -> bool:
+    if name.startswith("_") or hasattr(Result, name):
+        return False
+    return callable(value) or isinstance(value, property)
+
+
+def _attributes(record: RecordSchema, kind: type | None = None) -> str:
+    parts = []
+    for one in record:
+        if one.stored_only:
+            continue
+        dims = f" [{', '.join(one.dims)}]" if one.dims else ""
+        inner = ""
+        if isinstance(one.type, RecordSchema) and one.type.name not in RESULTS and one.type.name != "TrajectoryRecord":
+            inner = f": {one.type.name}"
+        parts.append(f"{one.name}{dims}{inner}")
+    return "; ".join(parts)
+
+
+def main() -> None:
+    """Write the pages."""
+    for process in PROCESSES:
+        path = REFERENCE / f"{process}.md"
+        if not path.exists():
+            path.write_text(new_page(process), "utf-8")
+    for path in pages():
+        path.write_text(written(path.read_text("utf-8")), "utf-8")
+
+
+if __name__ == "__main__":
+    main()
