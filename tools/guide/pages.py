@@ -140,7 +140,7 @@ def _differs(page: Path, client: Client, folder: str) -> list[str]:
 def main(arguments: Sequence[str]) -> int:
     """Run the pages, all of them where none is named."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("pages", nargs="*", type=Path)
+    parser.add_argument("pages", nargs="*", type=lambda name: Path(name).resolve())
     parser.add_argument("--check", action="store_true")
     given = parser.parse_args(arguments)
     mpl.use("Agg")
