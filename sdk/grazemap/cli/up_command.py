@@ -85,4 +85,4 @@ def _addresses(line: bytes) -> str:
         url = json.loads(line)["url"]
     except (ValueError, KeyError, TypeError) as error:
         raise ProtocolError("the stack did not print its address") from error
-    return f"explorer  {url}/\ndocs      {url}/docs\nmetrics   {url}/metrics\nCtrl-C stops it."
+    return f"explorer  {url}/\nguide     {url}/guide/\ndocs      {url}/docs\nmetrics   {url}/metrics\nCtrl-C stops it."

@@ -83,6 +83,7 @@ async def get_service(context: CurrentContext) -> ServiceDescription:
         links=[
             Link(href=f"{PREFIX}/jobs", rel="jobs"),
             Link(href="/docs", rel="service-doc", type="text/html"),
+            Link(href="/guide/", rel="help", type="text/html"),
             Link(href="/openapi.json", rel="service-desc"),
         ],
     )

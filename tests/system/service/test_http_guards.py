@@ -12,6 +12,7 @@ import urllib.error
 import urllib.request
 from collections.abc import Callable
 from contextlib import nullcontext
+from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -23,6 +24,7 @@ from grazemap_service import request_body
 from grazemap_service.app import create_app
 from grazemap_service.problems import ProblemException
 from grazemap_service.request_body import parse_json
+from grazemap_service.routers.docs import GUIDE
 from grazemap_service.settings import ServiceSettings
 from grazemap_worker.store import Store
 from tests.support.service_running import CURVE, connect_to
@@ -117,6 +119,24 @@ def test_answers_are_not_pages(client: TestClient) -> None:
         policy = client.get(path).headers["content-security-policy"]
         assert "script-src 'self'; style-src 'self'" in policy
         assert "unsafe" not in policy
+
+
+def test_the_guide_is_shown_where_it_was_built(
+    client: TestClient, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(GUIDE, "directory", tmp_path / "none")
+    missing = client.get("/guide/")
+    assert missing.status_code == 404
+    assert missing.json()["type"] == "urn:grazemap:problem:not-found"
+    (tmp_path / "index.html").write_text("<p>a guide")
+    (tmp_path / "page.js").write_text("1")
+    monkeypatch.setattr(GUIDE, "directory", tmp_path)
+    monkeypatch.setattr(GUIDE, "all_directories", [tmp_path])
+    shown = client.get("/guide")
+    assert shown.text == "<p>a guide"
+    assert "default-src 'none'" in shown.headers["content-security-policy"]
+    assert client.get("/guide/page.js").text == "1"
+    assert client.get("/guide/none.html").status_code == 404
 
 
 class RawAnswer:
