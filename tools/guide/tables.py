@@ -23,10 +23,17 @@ from grazemap.results import RESULTS, SCHEMAS
 from grazemap.results.base import Result
 from grazemap.results.fields import Field, RecordSchema, ResultSchema
 from grazemap.results.observables import OBSERVABLES
-from grazemap.wire import PROCESSES
+from grazemap.wire import PROCESSES, ProcessRequest
 
 DOCS = Path(__file__).parents[2] / "docs"
 REFERENCE = DOCS / "reference"
+# The pages that describe records of requests, which many requests have.
+_OTHERS = "oscillator.md#other-structures-forces-and-stops"
+_PLACES = {"Oscillator": "oscillator.md", "OutputRow": "observables.md"} | {
+    **dict.fromkeys(("ClearancePair", "Matrices", "Forcing", "Base", "RestitutionPair", "ContactRow"), _OTHERS),
+    **dict.fromkeys(("Axis", "WindowAxis", "ProvenAxis", "Frequencies", "FrequencyWindow"), "varying.md"),
+    **dict.fromkeys(("Range", "Interval", "PositiveRange", "PositiveInterval"), "varying.md"),
+}
 # Bounds beyond this keep powers of numbers finite, and tell nobody anything.
 _LARGE = 1e30
 _TABLE = re.compile(r"(<!-- fields of ([\w-]+) -->\n).*?(<!-- end of fields -->)", re.DOTALL)
@@ -108,21 +115,79 @@ def _type(one: Field) -> str:
 
 
 def _request(process: str) -> Iterator[str]:
-    """Yield how a process is called, and the fields of its request."""
+    """Yield how a process is called, the fields of its request, and those of the records in it."""
     request = PROCESSES[process]
     schema = request.model_json_schema()
+    records, method = schema["$defs"], method_of(process)
     yield f"{request.operation.description}\n"
     yield "```py"
-    yield _call(f"client.{method_of(process)}", getattr(Client, method_of(process)))
+    yield _call(f"client.{method}", getattr(Client, method), width=88)
     yield "```\n"
-    yield f"`POST /v1/{process}` over HTTP, `grazemap {process}` on the command line. The result is a "
-    yield f"{_or(_result_names(process))}.\n"
+    results = _or(_result_names(process))
+    yield f"`POST /v1/{process}` over HTTP, `grazemap {process}` on the command line. The result is a {results}.\n"
+    yield from _record({**schema, "properties": _with_short_forms(request, schema["properties"])}, records)
+    for name in _own_records(schema, records):
+        yield f"\n`{name}`: {records[name]['description'].partition(chr(10) * 2)[0].replace(chr(10), ' ')}\n"
+        yield from _record(records[name], records)
+
+
+def _with_short_forms(request: type[ProcessRequest], fields: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields of a request with what may be written in place of its axes, after these."""
+    short = request.short
+    if short is None:
+        return dict(fields)
+    texts = short.fields
+    instead = f"Or {_codes(texts)} in place of it."
+    shown: dict[str, Any] = {}
+    for name in short.axes:
+        shown[name] = {**fields[name], "description": f"{fields[name]['description']} {instead}"}
+    for name, text in texts.items():
+        known = fields.get(name, {})
+        shown[name] = {**known, "description": " ".join(filter(None, (known.get("description"), text)))}
+    return {**shown, **{name: field for name, field in fields.items() if name not in shown}}
+
+
+def _codes(names: Iterable[str]) -> str:
+    *first, last = (f"`{name}`" for name in names)
+    return f"{', '.join(first)} and {last}" if first else last
+
+
+def _own_records(schema: Mapping[str, Any], records: Mapping[str, Any]) -> list[str]:
+    """Return the records in a request that no page of their own describes, in the order in which they are named."""
+    names: dict[str, None] = {}
+
+    def look(part: Any) -> None:
+        if isinstance(part, dict):
+            name = part.get("$ref", "").rpartition("/")[2]
+            if name and name not in _PLACES and name not in names and "properties" in records[name]:
+                names[name] = None
+                look(records[name]["properties"])
+            for value in part.values():
+                look(value)
+        elif isinstance(part, list):
+            for value in part:
+                look(value)
+
+    look(schema["properties"])
+    return [*names]
+
+
+def _record(schema: Mapping[str, Any], records: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the fields of a record of requests, the required ones first."""
+    required = schema.get("required", [])
     yield "| field | default | allowed | |"
     yield "|---|---|---|---|"
-    for name, field in schema["properties"].items():
-        default = "" if "default" not in field or name == "oscillator" else f"`{json.dumps(field['default'])}`"
+    for name in sorted(schema["properties"], key=lambda name: (name not in required, name == "oscillator")):
+        field = schema["properties"][name]
+        default = "required" if name in required else _default(field)
         text = field.get("description", "").replace("|", "\\|")
-        yield f"| `{name}` | {default} | {allowed(field, schema['$defs'])} | {text} |"
+        yield f"| `{name}` | {default} | {allowed(field, records)} | {text} |"
+
+
+def _default(field: Mapping[str, Any]) -> str:
+    value = field.get("default")
+    # of a record, the fields say their defaults
+    return "" if value is None or value == "" or isinstance(value, dict) else f"`{json.dumps(value)}`"
 
 
 def method_of(process: str) -> str:
@@ -142,8 +207,7 @@ def _or(names: list[str]) -> str:
 def allowed(field: Mapping[str, Any], records: Mapping[str, Any]) -> str:
     """Return what a field of a JSON schema may be, in a few words."""
     if "$ref" in field:
-        name = field["$ref"].rpartition("/")[2]
-        return allowed(records[name], records) if "enum" in records[name] else name
+        return _named(field["$ref"].rpartition("/")[2])
     if "enum" in field:
         if field["enum"][0] in OBSERVABLES:
             return "[observables](observables.md)"
@@ -152,13 +216,22 @@ def allowed(field: Mapping[str, Any], records: Mapping[str, Any]) -> str:
         return f"`{json.dumps(field['const'])}`"
     for union in ("oneOf", "anyOf"):
         if union in field:
-            return _or([allowed(part, records) for part in field[union]])
-    kind = field["type"]
+            parts = [part for part in field[union] if part.get("type") != "null"]
+            return _or([*dict.fromkeys(allowed(part, records) for part in parts)])
+    kind = field.get("type")
     if kind == "array":
         return f"list of {allowed(field['items'], records)}"
     if kind in ("number", "integer"):
         return _numbers(field)
-    return {"boolean": "`true`, `false`", "string": "text", "null": "`null`", "object": "named records"}[kind]
+    if kind == "object":
+        return f"{allowed(field['additionalProperties'], records)} by name"
+    return {"boolean": "`true`, `false`", "string": "text", None: ""}[kind]
+
+
+def _named(record: str) -> str:
+    """Return the name of a record of requests, with a link where another page describes it."""
+    place = _PLACES.get(record)
+    return record if place is None else f"[{record}]({place})"
 
 
 def _numbers(field: Mapping[str, Any]) -> str:
@@ -196,7 +269,7 @@ def _methods() -> Iterator[str]:
         yield f"| [`client.{method_of(process)}(..)`](reference/{process}.md) | {names} |"
 
 
-def _call(name: str, function: Callable[..., Any]) -> str:
+def _call(name: str, function: Callable[..., Any], width: int = 118) -> str:
     """Return how a function is called, with its defaults."""
     shown: list[str] = []
     for one in signature(function).parameters.values():
@@ -205,7 +278,7 @@ def _call(name: str, function: Callable[..., Any]) -> str:
         if one.name != "self":
             shown.append(one.name if one.default is Parameter.empty else f"{one.name}={_literal(one.default)}")
     # lines are not broken inside a default
-    lines = fill(f"{name}({', '.join(shown)})", 118, subsequent_indent="    ", break_on_hyphens=False)
+    lines = fill(f"{name}({', '.join(shown)})", width, subsequent_indent="    ", break_on_hyphens=False)
     return lines.replace("\u2007", " ")
 
 
