@@ -30,6 +30,7 @@ TARGETS = (
     "latency",
     "browser",
     "pictures",
+    "check-pages",
     "thorough",
     "general",
     "hardware",
