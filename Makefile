@@ -192,6 +192,9 @@ thorough: kernels $(STAMP)  #: tests that take long, of whose kind `make test` h
 	$(ON_TWO_CORES) -m thorough tests/unit
 	$(PYTEST) -m thorough tests/system --ignore=tests/system/browser
 
+slips: $(STAMP)  #: slips of units and right requests at random: which have a note that names the remedy (a minute)
+	$(BIN)/python -m tests.slow.slips
+
 general: $(STAMP)  #: systems of any structure and stops against many digits; SHARE=0.05 takes a part (half an hour)
 	$(BIN)/python -m tests.slow.general_checks
 

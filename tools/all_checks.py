@@ -46,6 +46,7 @@ TARGETS = (
     "memory",
     "small-machine",
     "schemathesis",
+    "slips",
     "storage",
     "chaos",
     "executors",
