@@ -2,25 +2,18 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from grazemap.later import Later
 from grazemap.wire.base import Interval, Range, Request
 from grazemap.wire.job import Note
-from grazemap.wire.linear import (
-    antiresonances,
-    contact_equilibrium,
-    grazing_clearance,
-    matrices,
-    resonant_amplitude,
-    steady_amplitude,
-)
+from grazemap.wire.linear import antiresonances, matrices, steady_amplitude
 from grazemap.wire.oscillator import Oscillator
 from grazemap.wire.planes import AXES, Axis, PlanePoint, WindowAxis
 from grazemap.wire.process import ProcessRequest
-from grazemap.wire.structure import SIDES, ClearancePair, as_pair
+from grazemap.wire.slips import Asked, is_likely, sizes_of, slips_in
+from grazemap.wire.structure import ClearancePair, as_pair
 from grazemap.wire.structures import StructuresRequest
 
 if TYPE_CHECKING:
@@ -33,14 +26,13 @@ Span = tuple[float, float]
 _SAMPLES = 257
 # The ratio of two values up to which they are not the ends of a range.
 _APART = 1.02
-# Frequencies below this share of the lowest natural one may be in hertz.
-_LOW = 0.5
-# Clearances above so many times what the steady motion reaches may be in millimetres.
-_WIDE = 10.0
-_MILLIMETRES = 1000.0
 # Stiffnesses, and natural frequencies, from which numbers are hardly nondimensional: these are of the order of 1.
 _STIFF, _FAST = 100.0, 10.0
-# A damping in SI of which every mode has a smaller ratio may be a ratio itself.
+# The same where only the units of the result are missing.
+_STIFFER = 1000.0
+# Links damp high modes more than low ones: some do not oscillate in a machine whose lowest ratio is below this one.
+_STRONG = 0.4
+# A damping in SI of which the first mode has a smaller ratio may be a ratio itself.
 _WEAK = 1e-3
 # The damping ratio for which a note says gamma.
 _EXAMPLE = 0.02
@@ -49,9 +41,8 @@ _EXAMPLE = 0.02
 def notes_on(request: ProcessRequest) -> list[Note]:
     """Return what is probably not meant in a request that is allowed."""
     spans = {name: _span(request, name) for name in ("omega", "clearance")}
-    notes = [*_lists(request), *_damping(request.oscillator), *_millimetres(request), *_period(request)]
+    notes = [*_lists(request), *_other_units(request), *_period(request)]
     if spans["omega"] is not None:
-        notes += _frequencies(request, spans["omega"])
         alone = request.oscillator.beyond_the_chain() is None and not _moves_the_curve(request)
         if spans["clearance"] is not None and alone:
             notes += _window(request, spans["omega"], spans["clearance"])
@@ -70,7 +61,7 @@ def unstated(request: ProcessRequest) -> list[Note]:
     """
     oscillator = request.oscillator
     if oscillator.units != "SI":
-        return [] if "units" in oscillator.model_fields_set else [*_units(oscillator)]
+        return [] if "units" in oscillator.model_fields_set else [*_units(request)]
     if "restitution" in oscillator.model_fields_set:
         return []
     detail = (
@@ -80,19 +71,19 @@ def unstated(request: ProcessRequest) -> list[Note]:
     return [Note(code="default-restitution", detail=detail)]
 
 
-def _units(oscillator: Oscillator) -> Iterator[Note]:
-    """Look for a chain in SI of which neither the units nor a damping in SI was given."""
-    listed = isinstance(oscillator.damping, list)
-    if oscillator.matrices is not None or not (listed or "damping" not in oscillator.model_fields_set):
-        return
-    stiffest, fastest = max(oscillator.stiffnesses), float(oscillator.natural_frequencies[-1])
+def _units(request: ProcessRequest) -> Iterator[Note]:
+    """Look for a machine in SI of which the units were not given."""
+    oscillator = request.oscillator
+    stiffest, fastest = float(np.max(matrices(oscillator)[2])), float(oscillator.natural_frequencies[-1])
     if not (stiffest >= _STIFF and fastest >= _FAST):
         return
-    means = (
-        "a list of dampings then has ratios, each link's coefficient being twice its number, not N s/m"
-        if listed
-        else f"damping, which is not given, then has its default {oscillator.damping:g}"
-    )
+    means = "results have no units, and numbers are not compared with those of machines"
+    if oscillator.matrices is None and isinstance(oscillator.damping, list):
+        means = "a list of dampings then has ratios, each link's coefficient being twice its number, not N s/m"
+    elif oscillator.matrices is None and "damping" not in oscillator.model_fields_set:
+        means = f"damping, which is not given, then has its default {oscillator.damping:g}"
+    elif stiffest < _STIFFER or not all(map(is_likely, _asked(request))):
+        return
     detail = (
         f"units are not given, so that numbers are nondimensional: {means}. Stiffnesses up to {stiffest:.4g} and "
         f'natural frequencies up to {fastest:.4g} look like SI: give the oscillator units "SI", or "nondimensional" '
@@ -152,13 +143,13 @@ def _damping(oscillator: Oscillator) -> Iterator[Note]:
     )
     # NaN stands for a mode that does not oscillate, or for a ratio hidden by one that does not
     strong = int(np.count_nonzero(~(ratios < 1.0)))
-    if strong:
+    if strong and not ratios[0] < _STRONG:
         known = ratios[np.isfinite(ratios)]
         largest = f", with damping ratios of up to {known.max():.4g}" if len(known) == len(ratios) else ""
         detail = f"{strong} of {len(ratios)} modes do not oscillate{largest}: {what}; {gamma}"
         yield Note(code="strong-damping", detail=detail)
-    elif 0.0 < ratios.max() < _WEAK:
-        detail = f"the damping ratios of the modes are at most {ratios.max():.2g}: {what}; {gamma}"
+    elif 0.0 < ratios[0] < _WEAK:
+        detail = f"the damping ratio of the first mode is {ratios[0]:.2g}: {what}; {gamma}"
         yield Note(code="weak-damping", detail=detail)
 
 
@@ -172,16 +163,6 @@ def _period(request: ProcessRequest) -> Iterator[Note]:
         detail=f"every harmonic of the forces is a multiple of {divisor}: periods, labels and exponents count their "
         f"period T = 2 pi/({divisor} omega); phases are omega t, modulo 2 pi/{divisor}",
     )
-
-
-def _frequencies(request: ProcessRequest, omega: Span) -> Iterator[Note]:
-    lowest = float(request.oscillator.natural_frequencies[0])
-    if request.oscillator.units == "SI" and omega[1] < _LOW * lowest < 2.0 * math.pi * omega[1]:
-        yield Note(
-            code="frequencies-in-hertz",
-            detail=f"omega is in rad/s and ends at {omega[1]:.4g}; the lowest natural frequency is {lowest:.4g} rad/s, "
-            f"{lowest / (2.0 * math.pi):.4g} Hz: multiply by 2 pi if omega was meant in hertz",
-        )
 
 
 def _window(request: ProcessRequest, omega: Span, clearance: Span) -> Iterator[Note]:
@@ -208,29 +189,27 @@ def _window(request: ProcessRequest, omega: Span, clearance: Span) -> Iterator[N
         yield Note(code="below-grazing-curve", detail=detail)
 
 
-def _millimetres(request: ProcessRequest) -> Iterator[Note]:
-    """Compare the nearest stop with how far the steady motion goes, at the request's frequencies and at resonances.
-
-    Stops beyond resonances are hardly met by a motion that the forces sustain.
-    """
-    points = _corners(request) if request.oscillator.units == "SI" else []
-    nearest = [near for point in points if (near := _nearest_stop(point.clearance)) is not None]
-    if not nearest:
+def _other_units(request: ProcessRequest) -> Iterator[Note]:
+    """Look for numbers in SI that were meant in another unit; a damping that is unlikely by itself is said, too."""
+    if request.oscillator.units != "SI":
         return
-    machines = {id(point.oscillator): point.oscillator for point in points}
-    reached = max(
-        _farthest(machine, {point.omega for point in points if point.oscillator is machine})
-        for machine in machines.values()
-    )
-    farthest = max(reached, *map(_farthest_at_resonance, machines.values()))
-    low, high = min(nearest), max(nearest)
-    if low > farthest and high > _WIDE * reached > 0.0 and low / _MILLIMETRES <= _WIDE * farthest:
-        yield Note(
-            code="clearances-in-millimetres",
-            detail=f"clearance is in m, and the nearest stop is {low:.4g} m away; the steady motion without stops goes "
-            f"at most {farthest:.4g} m from where no spring is stretched, at resonances too: divide by 1000 if "
-            "clearance was meant in millimetres",
-        )
+    asked = _asked(request)
+    slips = slips_in(asked)
+    for slip in slips:
+        if slip.remedy:
+            yield Note(code=slip.code, detail=f"{sizes_of(asked[0])}: {slip.remedy}")
+    if not slips or any("damping" in slip.code for slip in slips):
+        yield from _damping(request.oscillator)
+
+
+def _asked(request: ProcessRequest) -> list[Asked]:
+    """Return what a request says about its machine; where the machine varies, about those at its ends."""
+    points = _corners(request)
+    machines = {id(point.oscillator): point.oscillator for point in points} or {0: request.oscillator}
+    nearest = [near for point in points if (near := _nearest_stop(point.clearance)) is not None]
+    stops = (min(nearest), max(nearest)) if nearest else None
+    omega = _span(getattr(request, "statement", request), "omega")
+    return [Asked(machine, omega, stops) for machine in machines.values()]
 
 
 def _corners(request: ProcessRequest) -> list[PlanePoint]:
@@ -249,16 +228,3 @@ def _corners(request: ProcessRequest) -> list[PlanePoint]:
 def _nearest_stop(clearance: ClearancePair) -> float | None:
     """Return the least distance of a stop; None without any but stops at 0, where a unit makes no difference."""
     return min((abs(stop) for stop in (clearance.right, clearance.left) if stop), default=None)
-
-
-def _farthest(oscillator: Oscillator, omega: Collection[float]) -> float:
-    """Return the farthest that the contact goes in the steady motion at frequencies."""
-    frequencies = np.array([*omega])
-    return max(float(grazing_clearance(oscillator, frequencies, stop).max()) for stop in SIDES)
-
-
-def _farthest_at_resonance(oscillator: Oscillator) -> float:
-    """Return the farthest that the contact goes in the steady motion at resonances; 0 without damping."""
-    if not np.any(matrices(oscillator)[1]):
-        return 0.0
-    return abs(contact_equilibrium(oscillator)) + resonant_amplitude(oscillator)
