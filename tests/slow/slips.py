@@ -15,8 +15,9 @@ What the numbers carry, by which a reader without the drawing can tell a slip:
 - The clearance over the amplitude, over the range of frequencies: 0.003 to 5 in right requests, mostly 0.1 to 1.3. A
   slip of clearance, unbalance or base moves it by 1000, one of masses or stiffnesses by what the frequency makes of it.
 - Both after the slip is undone: a remedy after which everything is usual is a better one than another that is as near.
-- Damping ratios: 0.001 to 0.2, or 0. In N s/mm they are a thousandth; a ratio in place of a coefficient divides them by
-  2 sqrt(k m), which is near 1 for small soft machines, and in place of a time multiplies them by omega_1.
+- Damping ratios: 0.001 to 0.2 in the lowest mode, at most 0.5 in others, or 0. In N s/mm they are a thousandth; a ratio
+  in place of a coefficient divides them by 2 sqrt(k m), which is near 1 for small soft machines, and in place of a time
+  multiplies them by omega_1.
 - Sizes: of a clearance or a base against the machine (a cube of its mass with the density of light structures), the
   eccentricity m_e e / m_1 and its speed (balance qualities are 0.4 to 40 mm/s), the acceleration of a base (below 2 g
   or so), the static deflection m g / k, the force over the weight.
@@ -88,7 +89,8 @@ def scaled(body: Body, **factors: float) -> Body:
             changed[name] = {**body[name], "values": times(body[name]["values"], varied)}
     if "initial" in body:
         changed["initial"] = times(body["initial"], "velocity")
-    return rounded(changed)
+    written: Body = rounded(changed)
+    return written
 
 
 def _structure(oscillator: Body, times: Callable[[Any, str], Any]) -> Body:

@@ -25,6 +25,7 @@ from grazemap.wire.linear import contact_equilibrium, steady_amplitude
 Body = dict[str, Any]
 GRAVITY = 9.81
 DIGITS, MATRIX_DIGITS = 3, 7
+MOST_DAMPED = 0.5  # damping ratio of the modes above the first, which a proportional damping has grow with frequency
 TRIES = 50  # of one case, of which a machine may have none
 # Bounds of what a machine has, in SI; what falls outside them is drawn again.
 STIFFNESS = (30.0, 5e8)
@@ -569,6 +570,8 @@ def drawn(draw: Draw, name: str, style: str, process: str) -> Case:
         if "matrices" in machine.oscillator:
             raise Unsuitable
         machine.oscillator["damping"] = [0.0] * len(machine.oscillator["masses"])
+    if not float(np.max(machine.model().damping_ratios)) <= MOST_DAMPED:  # NaN where modes do not oscillate
+        raise Unsuitable
     place, amplitude = driven(draw, machine, style, pointed)
     load(draw, machine, style, place)
     fields = (at_point if pointed else in_window)(draw, process, machine, place)
