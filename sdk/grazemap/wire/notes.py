@@ -30,10 +30,12 @@ _APART = 1.02
 _STIFF, _FAST = 100.0, 10.0
 # The same where only the units of the result are missing.
 _STIFFER = 1000.0
+# The same where all links have one number below this.
+_WEAK_ALIKE, _RATIO = 1e-2, 0.5
 # Links damp high modes more than low ones: some do not oscillate in a machine whose lowest ratio is below this one.
 _STRONG = 0.4
 # A damping in SI of which the first mode has a smaller ratio may be a ratio itself.
-_WEAK = 1e-3
+_WEAK = 7e-4
 # The damping ratio for which a note says gamma.
 _EXAMPLE = 0.02
 
@@ -82,7 +84,7 @@ def _units(request: ProcessRequest) -> Iterator[Note]:
         means = "a list of dampings then has ratios, each link's coefficient being twice its number, not N s/m"
     elif oscillator.matrices is None and "damping" not in oscillator.model_fields_set:
         means = f"damping, which is not given, then has its default {oscillator.damping:g}"
-    elif stiffest < _STIFFER or not all(map(is_likely, _asked(request))):
+    elif stiffest < _STIFFER or not is_likely(_asked(request)):
         return
     detail = (
         f"units are not given, so that numbers are nondimensional: {means}. Stiffnesses up to {stiffest:.4g} and "
@@ -148,9 +150,14 @@ def _damping(oscillator: Oscillator) -> Iterator[Note]:
         largest = f", with damping ratios of up to {known.max():.4g}" if len(known) == len(ratios) else ""
         detail = f"{strong} of {len(ratios)} modes do not oscillate{largest}: {what}; {gamma}"
         yield Note(code="strong-damping", detail=detail)
-    elif 0.0 < ratios[0] < _WEAK:
+    elif 0.0 < ratios[0] < (_WEAK_ALIKE if _alike(oscillator.damping) else _WEAK):
         detail = f"the damping ratio of the first mode is {ratios[0]:.2g}: {what}; {gamma}"
         yield Note(code="weak-damping", detail=detail)
+
+
+def _alike(damping: float | list[float]) -> bool:
+    """Return whether all links have one number that may be a ratio."""
+    return isinstance(damping, list) and len(damping) > 1 and len({*damping}) == 1 and damping[0] < _RATIO
 
 
 def _period(request: ProcessRequest) -> Iterator[Note]:
@@ -197,19 +204,16 @@ def _other_units(request: ProcessRequest) -> Iterator[Note]:
     slips = slips_in(asked)
     for slip in slips:
         if slip.remedy:
-            yield Note(code=slip.code, detail=f"{sizes_of(asked[0])}: {slip.remedy}")
+            yield Note(code=slip.code, detail=f"{sizes_of(asked)}: {slip.remedy}")
     if not slips or any("damping" in slip.code for slip in slips):
         yield from _damping(request.oscillator)
 
 
-def _asked(request: ProcessRequest) -> list[Asked]:
-    """Return what a request says about its machine; where the machine varies, about those at its ends."""
-    points = _corners(request)
-    machines = {id(point.oscillator): point.oscillator for point in points} or {0: request.oscillator}
-    nearest = [near for point in points if (near := _nearest_stop(point.clearance)) is not None]
+def _asked(request: ProcessRequest) -> Asked:
+    """Return what a request says about its machine."""
+    nearest = [near for point in _corners(request) if (near := _nearest_stop(point.clearance)) is not None]
     stops = (min(nearest), max(nearest)) if nearest else None
-    omega = _span(getattr(request, "statement", request), "omega")
-    return [Asked(machine, omega, stops) for machine in machines.values()]
+    return Asked(request.oscillator, _span(getattr(request, "statement", request), "omega"), stops)
 
 
 def _corners(request: ProcessRequest) -> list[PlanePoint]:

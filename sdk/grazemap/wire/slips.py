@@ -9,11 +9,11 @@ is undone in turn: numbers that then cost little were probably meant in the othe
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from grazemap.later import Later
-from grazemap.wire.linear import contact_equilibrium, grazing_clearance, matrices
+from grazemap.wire.linear import contact_equilibrium, grazing_clearance, matrices, resonant_amplitude
 from grazemap.wire.oscillator import Oscillator
 from grazemap.wire.structure import SIDES, Forcing, ModalDamping
 
@@ -28,21 +28,35 @@ Span = tuple[float, float]
 # slip of a unit.
 _SIZES: dict[str, tuple[float, float, float]] = {
     # a band of frequencies over the natural frequency that is nearest to it
-    "place": (-0.45, 0.4, 0.12),
+    "place": (-0.4, 0.35, 0.1),
     # damping ratio of the lowest mode: a thousandth to four tenths
     "damping": (-3.0, -0.4, 0.25),
-    # nearest stop over how far the steady motion goes
-    "gap": (-2.3, 0.7, 0.3),
-    # metres: a tenth of a micrometre to a metre
-    "amplitude": (-7.0, 0.0, 0.35),
+    # nearest stop over how far the steady motion goes, and over the geometric mean of that and a resonance
+    "near": (-2.7, math.inf, 0.3),
+    "far": (-math.inf, 0.7, 0.3),
+    # how far the steady motion goes over how far constant forces would move the contact
+    "gain": (-0.8, math.inf, 0.2),
+    # metres: a tenth of a micrometre to ten metres, near a resonance
+    "amplitude": (-7.0, 1.0, 0.35),
     # m/s^2: a thousandth of the earth's to a thousand times it
     "acceleration": (-2.0, 4.0, 0.5),
+    # m/s^2 of a base: up to ten times the earth's
+    "shaking": (-4.0, 2.0, 0.3),
+    # m/s of an eccentric mass about its axis: the grade of its balance, of which the worst engines have 4 m/s
+    "unbalance": (-7.0, -0.5, 0.3),
 }
-# What a request must cost before a slip is looked for, what a slip must save, and by how much the best may be missed.
-_SUSPICIOUS, _SAVED, _AS_GOOD = 2.0, 1.5, 0.5
+# What a request must cost before a slip is looked for, what a slip must save, what it may leave, and how much more
+# another one may leave.
+_SUSPICIOUS, _SAVED, _EXPLAINED, _AS_GOOD = 1.3, 1.1, 1.0, 0.5
+# Of so many slips that are as good, each is told.
+_TOLD = 3
 _MILLI = 1e3
 # Frequencies between the ends of a band at which the steady motion is looked at.
 _SAMPLES = 5
+# A stop at less than so many times what the steady motion reaches may be met.
+_WITHIN_REACH = 2.0
+# A band above the resonances counts as so much less far from them where a stop there may be met.
+_KNOWN = 0.75
 # The share of the largest amplitude below which the contact does not see a mode.
 _SEEN = 1e-3
 # A square of a natural frequency below this share of the largest one is that of a free mode.
@@ -77,19 +91,15 @@ def is_likely(asked: Asked) -> bool:
     return _cost(asked) < _SUSPICIOUS
 
 
-def slips_in(requests: Sequence[Asked]) -> list[Slip]:
-    """Return the slips that explain the numbers of a request, the best one first; `requests` are its ends."""
-    costs = [_cost(asked) for asked in requests]
-    if not costs or min(costs) < _SUSPICIOUS:
+def slips_in(asked: Asked) -> list[Slip]:
+    """Return the slips that explain the numbers of a request, the best one first, and those that are as good."""
+    cost = _cost(asked)
+    if cost < _SUSPICIOUS:
         return []
-    explained: list[tuple[float, Slip]] = []
-    for slip in SLIPS:
-        meant = [slip.undone(asked) for asked in requests]
-        left = [math.inf if asked is None else _cost(asked) for asked in meant]
-        if max(left) < min(costs) - _SAVED and max(left) < 0.5 * min(costs):
-            explained.append((max(left), slip))
-    explained.sort(key=lambda pair: pair[0])
-    return [slip for cost, slip in explained if cost <= explained[0][0] + _AS_GOOD][:2]
+    undone = [(slip, slip.undone(asked)) for slip in SLIPS]
+    left = [(_cost(meant), slip) for slip, meant in undone if meant is not None]
+    explained = sorted((pair for pair in left if pair[0] < min(cost - _SAVED, _EXPLAINED)), key=lambda pair: pair[0])
+    return [slip for cost, slip in explained if cost <= explained[0][0] + _AS_GOOD][:_TOLD]
 
 
 def sizes_of(asked: Asked) -> str:
@@ -125,22 +135,58 @@ def _sizes(asked: Asked) -> Iterator[tuple[str, Span]]:
     oscillator, band = asked.oscillator, asked.omega
     natural, ratios = _seen_modes(oscillator)
     if len(ratios) and ratios[0] > 0.0:
-        yield "damping", (math.log10(ratios[0]),) * 2
+        yield "damping", _decades(ratios[0], ratios[0])
     if band is None:
         return
-    if len(natural):
-        place = min((_place(band, float(mode)) for mode in natural), key=abs)
-        yield "place", (place, place)
+    yield from _driven(oscillator, band)
     within = natural[(natural > band[0]) & (natural < band[1])]
     frequencies = np.unique(np.concatenate([np.linspace(*band, _SAMPLES), within]))
     farthest = max(float(grazing_clearance(oscillator, frequencies, stop).max()) for stop in SIDES)
     moved = farthest - abs(contact_equilibrium(oscillator))
+    # who knows a stop within reach knows the machine far above its resonances
+    met = asked.stops is not None and asked.stops[0] < _WITHIN_REACH * farthest
+    if len(natural):
+        place = min((_place(band, float(mode)) for mode in natural), key=abs)
+        place *= _KNOWN if met and place > 0.0 else 1.0
+        yield "place", (place, place)
     if not (math.isfinite(farthest) and moved > 0.0):
         return
-    yield "amplitude", (math.log10(moved),) * 2
-    yield "acceleration", (math.log10(moved * band[0] ** 2), math.log10(moved * band[1] ** 2))
+    yield "amplitude", _decades(moved, moved)
+    still = _amplitude_of_constant_forces(oscillator)
+    if still > 0.0 and not met:
+        yield "gain", _decades(moved / still, moved / still)
+    yield "acceleration", _decades(*(moved * omega**2 for omega in band))
     if asked.stops is not None:
-        yield "gap", (math.log10(asked.stops[0] / farthest), math.log10(asked.stops[1] / farthest))
+        # a motion that starts elsewhere may meet a stop that the steady motion meets at a resonance only
+        resonant = abs(contact_equilibrium(oscillator)) + resonant_amplitude(oscillator) if len(ratios) else 0.0
+        reach = math.sqrt(farthest * max(farthest, resonant)) if math.isfinite(resonant) else farthest
+        yield "near", _decades(*(stop / farthest for stop in asked.stops))
+        yield "far", _decades(*(stop / reach for stop in asked.stops))
+
+
+def _amplitude_of_constant_forces(oscillator: Oscillator) -> float:
+    """Return how far the forces, held still, move the contact; 0 where a base or an unbalance drives it."""
+    if oscillator.base is not None or any(force.law != "constant" for force in oscillator.harmonics):
+        return 0.0
+    forces = [np.array(force.amplitude) for force in oscillator.harmonics] or [np.array(oscillator.forcing)]
+    stiffness = matrices(oscillator)[2]
+    moved = np.linalg.lstsq(stiffness, np.abs(np.sum(forces, axis=0)), rcond=None)[0]
+    return abs(float(np.array(oscillator.contact_row) @ moved))
+
+
+def _driven(oscillator: Oscillator, band: Span) -> Iterator[tuple[str, Span]]:
+    """Yield how a base or an unbalance moves at the ends of a band."""
+    if oscillator.base is not None and oscillator.base.amplitude:
+        yield "shaking", _decades(*(abs(oscillator.base.amplitude) * omega**2 for omega in band))
+    masses = np.diag(matrices(oscillator)[0])
+    for force in oscillator.harmonics:
+        eccentricity = float(np.max(np.abs(force.amplitude) / masses))
+        if force.law == "unbalance" and eccentricity:
+            yield "unbalance", _decades(*(eccentricity * force.harmonic * omega for omega in band))
+
+
+def _decades(low: float, high: float) -> Span:
+    return math.log10(low), math.log10(high)
 
 
 def _place(band: Span, natural: float) -> float:
@@ -242,8 +288,7 @@ def _of_ratio(asked: Asked) -> Asked | None:
     oscillator = asked.oscillator
     if oscillator.matrices is not None or not len(natural := _seen_modes(oscillator)[0]):
         return None
-    given = oscillator.damping
-    ratio = float(np.mean(given))
+    ratio = float(np.mean(oscillator.damping))
     return asked.with_(damping=ratio / float(natural[0])) if 0.0 < ratio < 1.0 else None
 
 
