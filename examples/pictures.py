@@ -53,15 +53,16 @@ Pictures of machines that hit their stops. Each code runs after these lines:
 client = grazemap.local()
 ```
 
-Machines with units are in SI. The others are the three masses of [the paper](computes.md), in numbers without units.
+A machine whose code has `units="SI"` is in kg, N/m, m and s. The others have no units; without an oscillator in the
+code it is the three masses of [the paper](computes.md).
 """
 
 
 def clearance_of_a_hammer(client: Client) -> None:
     """How far away a hammer's stop must be.
 
-    Above the curve the steady motion is clear of the stop, below it the hammer knocks; near the resonance at 10 Hz it
-    needs 25 mm and more.
+    Above the curve the steady motion is clear of the stop, below it the hammer knocks: the closer to its resonance it
+    is driven, the farther away the stop must be.
     """
     hammer = Oscillator(units="SI", masses=[0.5], stiffnesses=[2000], damping=[1.5], forcing=[5], restitution=0.7)
     curve = client.grazing_curve(hammer, omega=("5 Hz", "16 Hz"), points=800, clearance={"left": None})
@@ -471,12 +472,14 @@ def proven_motion(client: Client) -> None:
 
 
 SECTIONS: dict[str, tuple[Callable[[Client], None], ...]] = {
-    "Where contact begins": (
-        clearance_of_a_hammer,
-        unlike_stops,
-        points_on_the_curve,
-        curves_that_begin_at_grazing,
-        square_root_of_a_graze,
+    "Maps": (
+        three_floors,
+        power_of_the_impacts,
+        map_of_motions,
+        chaos_and_order,
+        borders_explained,
+        one_motion_and_its_borders,
+        softer_stops,
     ),
     "Motions": (
         two_impacts_on_each_stop,
@@ -495,19 +498,17 @@ SECTIONS: dict[str, tuple[Callable[[Client], None], ...]] = {
         multipliers,
         broken_symmetry,
     ),
-    "Maps": (
-        three_floors,
-        power_of_the_impacts,
-        map_of_motions,
-        chaos_and_order,
-        borders_explained,
-        one_motion_and_its_borders,
-        softer_stops,
-    ),
     "Starts": (
         basins,
         shares_of_basins,
         ensemble,
+    ),
+    "Where contact begins": (
+        clearance_of_a_hammer,
+        unlike_stops,
+        points_on_the_curve,
+        curves_that_begin_at_grazing,
+        square_root_of_a_graze,
     ),
 }
 
