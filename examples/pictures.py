@@ -78,8 +78,8 @@ def clearance_of_a_hammer(client: Client) -> None:
 def unlike_stops(client: Client) -> None:
     """Two unlike stops, and which one is touched first.
 
-    A static force pushes the first of two masses to the right; where a curve is dashed, the steady motion would touch
-    the other stop, 8 mm to the left, first.
+    A static force pushes the first of two masses to the right; the curve is dashed where the steady motion would touch
+    the left stop, which stays at 8 mm, first.
     """
     bumper = Oscillator(
         units="SI",
@@ -169,11 +169,11 @@ def impact_damper(client: Client) -> None:
 def chatter(client: Client) -> None:
     """Infinitely many impacts in a finite time.
 
-    With soft rebounds the impacts follow each other ever faster until the mass rests on the stop, which it leaves when
-    the force turns.
+    Where an impact takes half of the speed, the impacts follow each other ever faster until the mass rests on the stop,
+    which it leaves when the force turns.
     """
-    soft = Oscillator(masses=[1.0], stiffnesses=[1.0], damping=0.05, forcing=[1.0], restitution=0.5)
-    path = client.trajectory(soft, omega=0.3, clearance=0.4, periods=2, samples_per_period=2000)
+    dull = Oscillator(masses=[1.0], stiffnesses=[1.0], damping=0.05, forcing=[1.0], restitution=0.5)
+    path = client.trajectory(dull, omega=0.3, clearance=0.4, periods=2, samples_per_period=2000)
     path.plot()
 
 
@@ -194,7 +194,8 @@ def strange_attractor(client: Client) -> None:
 def two_motions_at_one_place(client: Client) -> None:
     """Two motions of one machine.
 
-    The same three masses, the same force, the same stops: where they start decides which of two motions they settle to.
+    The same three masses, the same force, the same stops: the start decides which of two motions follows. They
+    are mirror images of each other.
     """
     states = [{"displacement": [0.8, 0.0, 0.0], "velocity": [v, 0.0, 0.0]} for v in (-0.6, 0.0, 0.4, 0.8)]
     paths = client.trajectory(omega=0.285, clearance=1.92, periods=400, initial=states)
@@ -230,7 +231,7 @@ def over_the_clearance(client: Client) -> None:
     """From quiet to chaos as the stops come closer.
 
     Where the first mass is once a period, from a wide clearance to a narrow one: impacts begin at 1.98, and the motion
-    with one impact on each stop gives way to two, three and chaos.
+    with one impact on each stop gives way to those with two and three, and to chaos.
     """
     diagram = client.bifurcation_diagram(omega=0.29, clearance=(1.3, 2.05), points=600, policy="sweep-down")
     ax = diagram.plot()
@@ -251,7 +252,7 @@ def branch_of_a_motion(client: Client) -> None:
     """The life of a motion.
 
     The motion with two impacts on each stop ends at a saddle-node (triangle), where it meets its unstable counterpart,
-    and on the other side at a graze (square), where one impact more appears.
+    and on the other side at a graze (square), where a further contact appears.
     """
     branch = client.orbit_branch(omega=0.29, clearance=1.6, motion=(1, [1, 1, -1, -1]), range=(1.3, 1.9))
     ax = branch.plot()
@@ -272,8 +273,8 @@ def multipliers(client: Client) -> None:
 def broken_symmetry(client: Client) -> None:
     """A small force breaks a symmetry.
 
-    Left, a symmetric motion loses its stability to two mirror images; right, a static force of 0.4 % of the driving one
-    leaves one branch whole and makes a saddle-node of the other.
+    Left, a symmetric motion loses its stability to two mirror images; right, a static force of 0.36 % of the driving
+    force leaves one branch whole and makes a saddle-node of the other.
     """
     symmetric = {"phases": [1.57, 4.71], "velocities": [0.05, -0.05]}
     sooner = {"phases": [1.37, 4.87], "velocities": [0.15, -0.03]}
@@ -368,7 +369,7 @@ def borders_explained(client: Client) -> None:
 
 
 def one_motion_and_its_borders(client: Client) -> None:
-    """Where one motion lives.
+    """Where motions with one impact live.
 
     All curves at which motions with one impact on a stop begin or end, over the map of what a machine does from rest.
     """
@@ -379,9 +380,10 @@ def one_motion_and_its_borders(client: Client) -> None:
 
 
 def softer_stops(client: Client) -> None:
-    """Softer and harder stops.
+    """How lively the rebounds are.
 
-    The same three masses with a clearance of 1.8, over the restitution: with soft stops few motions are left.
+    Three masses with a clearance of 1.8, over the coefficient of restitution: the less energy an impact takes, the more
+    motions there are.
     """
     umap = client.unfolding_map(
         horizontal=("omega", 0.24, 0.36),
@@ -398,7 +400,7 @@ def ensemble(client: Client) -> None:
     """Where the start decides.
 
     The rack once more, from ten random starts at each point: where the share of the most frequent motion is below 1,
-    motions coexist, and no start tells of all of them.
+    motions coexist, and no single start shows them all.
     """
     rack = Oscillator(
         units="SI",
@@ -419,7 +421,8 @@ def ensemble(client: Client) -> None:
 def basins(client: Client) -> None:
     """Which start leads where.
 
-    Each point is a place and a speed of the first mass at the start; its colour is the motion to which it leads.
+    Each point is a place and a speed of the first mass at the start; its colour is the motion to which it
+    leads.
     """
     result = client.basins(
         omega=0.285,
