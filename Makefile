@@ -88,7 +88,7 @@ resonance: $(STAMP)  #: the impacts of fifty undamped chains at resonance and be
 borders: $(RUN_STAMP)  #: compute unfolding diagrams with every border explained, into out/ (three minutes)
 	$(BIN)/python examples/unfolding_borders.py
 
-pictures: $(STAMP)  ## make pictures, and a page with the code of each, into out/pictures/ (two minutes)
+pictures: $(STAMP)  ## make the gallery of the guide, docs/gallery.md, with its pictures (some minutes)
 	$(BIN)/python examples/pictures.py
 
 # made anew where a page or a picture is newer

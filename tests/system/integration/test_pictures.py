@@ -1,4 +1,4 @@
-"""Pictures of results that a stack has computed: their colours, and their curves between the computed points."""
+"""Pictures of results that a stack has computed: the gallery, their colours, and their curves between the points."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from matplotlib import pyplot
 
+from examples import pictures
 from examples.pictures import ALIKE, ALIKE_IF_COLOUR_BLIND, colours_of, least_distances
 from grazemap import Oscillator
 from grazemap.local_client import LocalClient
@@ -14,6 +15,23 @@ from grazemap_core.model.oscillator import Oscillator as CoreOscillator
 from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from grazemap_core.orbits.search import sequence_of_stops
 from tests.support.random_chains import random_oscillator
+
+
+def test_the_gallery_has_the_code_and_the_picture_of_every_function() -> None:
+    assert pictures.GALLERY.read_text("utf-8") == pictures.page()  # else: make pictures
+    names = {make.__name__ for section in pictures.SECTIONS.values() for make in section}
+    assert {path.stem for path in pictures.PICTURES.iterdir()} == names
+    for path in pictures.PICTURES.iterdir():
+        assert path.stat().st_size <= pictures.LARGEST
+
+
+def test_the_code_of_the_gallery_runs_as_it_is_pasted(stack: LocalClient) -> None:
+    figure = pictures.drawn(pictures.entry(pictures.rotor_that_goes_on_hitting), stack)
+    image = pictures.saved(figure)
+    colours = colours_of(figure.axes[0])
+    pyplot.close(figure)
+    assert image.startswith(b"\x89PNG")
+    assert len(colours) > 1
 
 
 @pytest.mark.thorough
