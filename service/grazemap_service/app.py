@@ -49,14 +49,16 @@ def create_app(settings: ServiceSettings | None = None) -> FastAPI:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         beats = asyncio.create_task(_beat())
+        described = asyncio.create_task(asyncio.to_thread(make_document))
         try:
             yield
         finally:
             beats.cancel()
+            await described
             await hub.close()
             connection.close()
 
-    app = FastAPI(title="grazemap", version=__version__, docs_url=None, redoc_url=None, lifespan=lifespan)
+    app = FastAPI(title="grazemap", version=__version__, openapi_url=None, lifespan=lifespan)
     app.state.context = context
     problems.install(app)
     middleware.install(app, settings)
@@ -64,7 +66,7 @@ def create_app(settings: ServiceSettings | None = None) -> FastAPI:
     for module in _ROUTERS:
         app.include_router(module.router)
     docs.install(app)
-    openapi.install(app, keys=settings.needs_keys, masses=settings.max_masses)
+    make_document = openapi.install(app, keys=settings.needs_keys, masses=settings.max_masses)
     return app
 
 

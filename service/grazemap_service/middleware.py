@@ -23,6 +23,8 @@ from grazemap_service.representations import LINES_TYPE, NPZ_TYPE, TEXT_TYPE
 from grazemap_service.request_body import BodyLimit, ReadRestOfBody
 from grazemap_service.settings import ServiceSettings, is_loopback
 
+GUIDE = "/guide"
+"""Where the guide is served."""
 OPEN_PATHS = frozenset({"/", "/healthz", "/readyz", "/docs", "/openapi.json", "/favicon.ico"})
 OPEN_PREFIX = "/static/"
 _CHUNK_BYTES = 1 << 16
