@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from threading import Thread
 
 from fastapi import FastAPI
 
@@ -49,12 +50,11 @@ def create_app(settings: ServiceSettings | None = None) -> FastAPI:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         beats = asyncio.create_task(_beat())
-        described = asyncio.create_task(asyncio.to_thread(make_document))
+        Thread(target=make_document, daemon=True).start()  # it delays neither the first answer nor an early end
         try:
             yield
         finally:
             beats.cancel()
-            await described
             await hub.close()
             connection.close()
 

@@ -105,8 +105,8 @@ def problem_responses(*kinds: str) -> dict[int | str, dict[str, Any]]:
     return responses
 
 
-# The documents that this process has made, by what they depend on besides the code.
-_MADE: dict[tuple[bool, int], bytes] = {}
+# The documents that this process has made, by what they depend on besides the code: keys, masses, addresses.
+_MADE: dict[tuple[Any, ...], bytes] = {}
 _MAKING = Lock()
 
 
@@ -117,11 +117,12 @@ def install(app: FastAPI, *, keys: bool, masses: int) -> Callable[[], bytes]:
     """
 
     def made() -> bytes:
+        variant = keys, masses, *(getattr(route, "path", None) for route in app.routes)
         with _MAKING:
-            if (keys, masses) not in _MADE:
+            if variant not in _MADE:
                 whole = document(app, keys=keys, masses=masses)
-                _MADE[keys, masses] = json.dumps(whole, ensure_ascii=False, separators=(",", ":")).encode()
-            return _MADE[keys, masses]
+                _MADE[variant] = json.dumps(whole, ensure_ascii=False, separators=(",", ":")).encode()
+            return _MADE[variant]
 
     async def answer(request: Request) -> Response:
         return Response(await run_sync(made), media_type="application/json")
