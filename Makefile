@@ -313,8 +313,8 @@ chromium:
 # what a machine does not have, and Debian and npm do; Julia and MATLAB are taken where they are
 TYPESCRIPT := .cache/typescript
 languages: kernels chromium $(TOOLS_STAMP)  #: the examples in other languages; installs R, Octave and npm's packages (three minutes)
-	@which Rscript octave node gs gnuplot >/dev/null || { apt-get update -qq && apt-get install -y -qq --no-install-recommends \
-		r-base-core r-cran-httr2 r-cran-jsonlite octave gnuplot-nox ghostscript fonts-freefont-otf nodejs npm; }
+	@which Rscript octave curl node gs gnuplot >/dev/null || { apt-get update -qq && apt-get install -y -qq --no-install-recommends \
+		r-base-core r-cran-httr2 r-cran-jsonlite octave curl gnuplot-nox ghostscript fonts-freefont-otf nodejs npm; }
 	mkdir -p $(TYPESCRIPT)
 	cp examples/languages/typescript/* $(TYPESCRIPT)
 	cd $(TYPESCRIPT) && npm install --no-audit --no-fund
