@@ -29,7 +29,7 @@ STACKS := tests/system/chaos
 TEST_CACHE := .cache/grazemap
 WITH_KERNELS := test test-portable digests digests-all thorough general hardware verify beside-borders chaotic-transients \
 	long-transients one-period resolve memory chaos executors fairness unfair first-window load small-questions estimates planes \
-	proofs mutants browser resonance tolerance-sizes
+	proofs mutants browser languages resonance tolerance-sizes
 $(WITH_KERNELS): export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 $(WITH_KERNELS): export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 $(WITH_KERNELS) kernels-of-lanes other-kernels: | $(TEST_CACHE)/kernels
@@ -325,6 +325,16 @@ types: $(TOOLS_STAMP)  #: check types with mypy, strict
 
 chromium:
 	@test -x /usr/bin/chromium || { echo "chromium is missing: installing the Debian package"; apt-get update -qq && apt-get install -y -qq chromium; }
+
+# what a machine does not have, and Debian and npm do; Julia and MATLAB are taken where they are
+TYPESCRIPT := .cache/typescript
+languages: kernels chromium $(TOOLS_STAMP)  #: the examples in other languages; installs R, Octave and npm's packages (three minutes)
+	@which Rscript octave curl node gs gnuplot >/dev/null || { apt-get update -qq && apt-get install -y -qq --no-install-recommends \
+		r-base-core r-cran-httr2 r-cran-jsonlite octave curl gnuplot-nox ghostscript fonts-freefont-otf nodejs npm; }
+	mkdir -p $(TYPESCRIPT)
+	cp examples/languages/typescript/* $(TYPESCRIPT)
+	cd $(TYPESCRIPT) && npm install --no-audit --no-fund
+	$(BIN)/python -m pytest tests/system/integration/test_languages.py tests/system/browser/test_page_of_another_host.py
 
 browser: kernels chromium $(TOOLS_STAMP)  #: test the pages in headless Chromium; installs Debian's chromium if it is missing
 	$(BIN)/python -m pytest tests/system/browser

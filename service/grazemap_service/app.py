@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from threading import Thread
 
 from fastapi import FastAPI
 
@@ -49,6 +50,7 @@ def create_app(settings: ServiceSettings | None = None) -> FastAPI:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         beats = asyncio.create_task(_beat())
+        Thread(target=make_document, daemon=True).start()  # it delays neither the first answer nor an early end
         try:
             yield
         finally:
@@ -56,7 +58,7 @@ def create_app(settings: ServiceSettings | None = None) -> FastAPI:
             await hub.close()
             connection.close()
 
-    app = FastAPI(title="grazemap", version=__version__, docs_url=None, redoc_url=None, lifespan=lifespan)
+    app = FastAPI(title="grazemap", version=__version__, openapi_url=None, lifespan=lifespan)
     app.state.context = context
     problems.install(app)
     middleware.install(app, settings)
@@ -64,7 +66,7 @@ def create_app(settings: ServiceSettings | None = None) -> FastAPI:
     for module in _ROUTERS:
         app.include_router(module.router)
     docs.install(app)
-    openapi.install(app, keys=settings.needs_keys, masses=settings.max_masses)
+    make_document = openapi.install(app, keys=settings.needs_keys, masses=settings.max_masses)
     return app
 
 

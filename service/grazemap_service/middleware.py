@@ -23,8 +23,10 @@ from grazemap_service.representations import LINES_TYPE, NPZ_TYPE, TEXT_TYPE
 from grazemap_service.request_body import BodyLimit, ReadRestOfBody
 from grazemap_service.settings import ServiceSettings, is_loopback
 
-OPEN_PATHS = frozenset({"/", "/healthz", "/readyz", "/docs", "/guide", "/openapi.json", "/favicon.ico"})
-OPEN_PREFIXES = ("/static/", "/guide/")
+GUIDE = "/guide"
+"""Where the guide is served."""
+OPEN_PATHS = frozenset({"/", "/healthz", "/readyz", "/docs", GUIDE, "/openapi.json", "/favicon.ico"})
+OPEN_PREFIXES = ("/static/", f"{GUIDE}/")
 _CHUNK_BYTES = 1 << 16
 # JSON of a map has a third of its size at this level; the highest one saves a tenth of that in ten times the time.
 _GZIP_LEVEL = 1

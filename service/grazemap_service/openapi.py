@@ -1,19 +1,33 @@
-"""Additions and corrections to the OpenAPI document of the routes: problems, keys, types of jobs and results."""
+"""The OpenAPI document of the routes, with problems, keys, and the types of jobs and results."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import json
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from threading import Lock
 from typing import Any
 
+from anyio.to_thread import run_sync
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
+from starlette.requests import Request
+from starlette.responses import Response
 
 from grazemap.wire import PROCESSES
 from grazemap.wire.problems import make_problem
 from grazemap_service.jobs import PREFIX
-from grazemap_service.middleware import OPEN_PATHS
+from grazemap_service.middleware import GUIDE, OPEN_PATHS
 from grazemap_service.problems import MEDIA_TYPE
-from grazemap_service.result_schemas import JOB, job_components, job_name, reference, result_components
+from grazemap_service.result_schemas import (
+    BATCH_ITEM,
+    JOB,
+    job_components,
+    job_name,
+    one_of,
+    reference,
+    result_components,
+)
 
 _PROBLEM = {"$ref": "#/components/schemas/Problem"}
 # Problems of every operation below /v1.
@@ -26,7 +40,10 @@ SUBMISSION_KINDS = (
     "too-much-work",
     "queue-full",
 )
-DESCRIPTION = """\
+# The links are relative, so that they also lead there behind a proxy that adds a prefix.
+DESCRIPTION = f"""\
+[Explorer](.) · [Guide]({GUIDE.removeprefix("/")})
+
 Grazing bifurcations of impact oscillators: grazing curves, codimension-two points, discontinuity
 mappings, trajectories, bifurcation diagrams, unfolding maps, basins of attraction,
 periodic orbits and their branches, and proofs with certificates.
@@ -34,12 +51,12 @@ periodic orbits and their branches, and proofs with certificates.
 1. **Post** a request to a process; the answer is a job, and `Location` is its address.
 2. **Wait** until its `status` is `successful`: request the job again, follow its events, or post with the header
    `Prefer: wait=30`.
-3. **Open the result**, `/v1/jobs/{job_id}/result`, as JSON, npz, a table (`?f=csv`) or a picture (`?f=png`).
+3. **Open the result**, `/v1/jobs/{{job_id}}/result`, as JSON, npz, a table (`?f=csv`) or a picture (`?f=png`).
 
 Equal requests have the same job, also of different clients. Every error is a problem after RFC 9457.
 
 - **Oscillator**: a chain of masses, the last one joined to the ground, or `matrices`. Without a `contact` the first
-  mass moves between the stops, at +clearance and -clearance, or at `{"right": .., "left": ..}`, of which one may be
+  mass moves between the stops, at +clearance and -clearance, or at `{{"right": .., "left": ..}}`, of which one may be
   null. Without `"units": "SI"` all numbers are nondimensional. In SI `omega` is in rad/s, `clearance` in m, and a list
   of dampings in N s/m. A single `damping` is the factor gamma of C = 2 gamma K, in s.
 - **Numbers** are 0, or between 1e-60 and 1e60 in size. An integer is written without a decimal point.
@@ -88,15 +105,30 @@ def problem_responses(*kinds: str) -> dict[int | str, dict[str, Any]]:
     return responses
 
 
-def install(app: FastAPI, *, keys: bool, masses: int) -> None:
-    """Make the app build its OpenAPI document with `document`, once."""
+# The documents that this process has made, by what they depend on besides the code: keys, masses, addresses.
+_MADE: dict[tuple[Any, ...], bytes] = {}
+_MAKING = Lock()
 
-    def openapi() -> dict[str, Any]:
-        if app.openapi_schema is None:
-            app.openapi_schema = document(app, keys=keys, masses=masses)
-        return app.openapi_schema
 
-    app.openapi = openapi  # type: ignore[method-assign]
+def install(app: FastAPI, *, keys: bool, masses: int) -> Callable[[], bytes]:
+    """Make the app answer with its OpenAPI document, and return what makes it, which later calls do not repeat.
+
+    The arguments are those of `document`.
+    """
+
+    def made() -> bytes:
+        variant = keys, masses, *(getattr(route, "path", None) for route in app.routes)
+        with _MAKING:
+            if variant not in _MADE:
+                whole = document(app, keys=keys, masses=masses)
+                _MADE[variant] = json.dumps(whole, ensure_ascii=False, separators=(",", ":")).encode()
+            return _MADE[variant]
+
+    async def answer(request: Request) -> Response:
+        return Response(await run_sync(made), media_type="application/json")
+
+    app.add_route("/openapi.json", answer, methods=["GET"], include_in_schema=False)
+    return made
 
 
 def document(app: FastAPI, *, keys: bool, masses: int) -> dict[str, Any]:
@@ -126,7 +158,41 @@ def document(app: FastAPI, *, keys: bool, masses: int) -> dict[str, Any]:
         components.get("schemas", {}).pop(unused, None)
     if keys:
         components["securitySchemes"] = {"key": {"type": "http", "scheme": "bearer"}}
+    _share(schema)
     return schema
+
+
+def _share(schema: dict[str, Any]) -> None:
+    """Move the parameters and problems of several operations into the components."""
+    components = schema["components"]
+    for kind, name_of in (("parameters", _parameter_name), ("responses", _problem_name)):
+        uses = Counter(json.dumps(value) for _, _, value in _parts(schema, kind))
+        shared: dict[str, Any] = {}
+        for holder, place, value in _parts(schema, kind):
+            name = name_of(value)
+            if name and uses[json.dumps(value)] > 1 and shared.setdefault(name, value) == value:
+                holder[place] = {"$ref": f"#/components/{kind}/{name}"}
+        components[kind] = dict(sorted(shared.items()))
+
+
+def _parts(schema: dict[str, Any], kind: str) -> Iterator[tuple[Any, Any, dict[str, Any]]]:
+    """Yield the parameters or responses of all operations, each after what holds it, and its place there."""
+    for operations in schema["paths"].values():
+        for operation in operations.values():
+            parts = operation.get(kind, [])
+            for place, value in list(parts.items() if isinstance(parts, dict) else enumerate(parts)):
+                yield parts, place, value
+
+
+def _parameter_name(parameter: Mapping[str, Any]) -> str:
+    name: str = parameter["name"]
+    return name
+
+
+def _problem_name(response: Mapping[str, Any]) -> str:
+    """Return the kinds of problem as a name, for example "InvalidRequestOrTooMuchWork"; "" for another response."""
+    kinds = response.get("content", {}).get(MEDIA_TYPE, {}).get("examples", ())
+    return "Or".join(kind.title().replace("-", "") for kind in kinds)
 
 
 def _limit_lists(schema: dict[str, Any], max_items: int) -> None:
@@ -144,21 +210,20 @@ def _type_jobs_and_results(schema: dict[str, Any]) -> None:
     schemas |= job_components(schemas.pop(JOB)) | result_components()
     for process in PROCESSES:
         responses = schema["paths"][f"{PREFIX}/{process}"]["post"]["responses"]
-        for status in ("200", "201"):
+        for status in ("200", "201", "202"):
             responses[status]["content"]["application/json"]["schema"] = reference(job_name(process))
 
 
 def _type_batches(schema: dict[str, Any]) -> None:
-    """Give each process of a batch the schema of its request."""
+    """Replace the schema of a batch's items by one schema for each process, with that of its request."""
     schemas = schema["components"]["schemas"]
-    item = schemas.pop("BatchItem")
-    kinds = []
+    item = schemas[BATCH_ITEM]
+    names = {}
     for process, model in PROCESSES.items():
-        name = f"{model.__name__.removesuffix('Request')}BatchItem"
-        properties = item["properties"] | {"process": {"const": process}, "request": reference(model.__name__)}
-        schemas[name] = {**item, "title": name, "properties": properties}
-        kinds.append(reference(name))
-    schemas["Batch"]["properties"]["requests"]["items"] = {"oneOf": kinds}
+        names[process] = name = f"{model.__name__.removesuffix('Request')}{BATCH_ITEM}"
+        own_properties = {"process": {"type": "string", "const": process}, "request": reference(model.__name__)}
+        schemas[name] = {**item, "title": name, "properties": item["properties"] | own_properties}
+    schemas[BATCH_ITEM] = one_of(names)
 
 
 def _correct(operation: dict[str, Any], *, common: bool) -> None:
@@ -172,6 +237,7 @@ def _correct(operation: dict[str, Any], *, common: bool) -> None:
         del responses["422"]
     for parameter in operation.get("parameters", ()):
         _drop_null(parameter["schema"])
+        parameter["schema"].pop("description", None)  # the parameter has the same
         if parameter["in"] in ("header", "query"):
             responses.setdefault("422", problem_responses("invalid-request")[422])
     if common:

@@ -16,7 +16,7 @@ _TEXT: Schema = {"type": "string"}
 _PAIR: Schema = {"type": "array", "items": {"type": "integer"}, "minItems": 2, "maxItems": 2}
 NUMERICS = ("numba", "llvmlite", "numpy", "scipy", "cpu", "cpu_features", "fingerprint")
 """The fields of the worker's `Numerics`, which a test compares with them: the service does not import that class."""
-RESULT, TILE, JOB = "Result", "Tile", "Job"
+RESULT, TILE, JOB, BATCH_ITEM = "Result", "Tile", "Job", "BatchItem"
 # Processes whose tiles can be fetched, with the schema of a tile. A tile of an unfolding diagram is a tile of the
 # unfolding map from which the diagram is made.
 _TILES: Mapping[str, RecordSchema] = {
@@ -44,7 +44,12 @@ def result_components() -> dict[str, Schema]:
     result_names = {process: f"{'Or'.join(names)}Result" for process, names in results.items()}
     for process, names in results.items():
         if len(names) > 1:
-            components[result_names[process]] = {"oneOf": [reference(f"{name}Result") for name in names]}
+            # a discriminator leads to objects that have its property
+            either = [reference(f"{name}Result") for name in names]
+            components[result_names[process]] = {
+                **_object(f"A result of {process}.", {"process": {"type": "string", "const": process}}),
+                "oneOf": either,
+            }
     components[RESULT] = one_of(result_names)
     tile_names = {process: f"{_stem(process)}Tile" for process in _TILES}
     for process, record in _TILES.items():

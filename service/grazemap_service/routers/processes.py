@@ -53,7 +53,11 @@ def preferences(
         Header(
             description="`wait=5`: the answer comes when the job has ended, or after 5 seconds; the server limits this "
             "time. `return=representation`: if the job was successful, the answer is its result (status 200), in "
-            "the form that Accept selects."
+            "the form that Accept selects.",
+            openapi_examples={
+                "wait for the end": {"value": "wait=5"},
+                "wait for the result": {"value": "wait=5, return=representation"},
+            },
         ),
     ] = None,
 ) -> Preferences:

@@ -27,6 +27,7 @@ from grazemap_service.request_body import parse_json
 from grazemap_service.routers.docs import GUIDE
 from grazemap_service.settings import ServiceSettings
 from grazemap_worker.store import Store
+from tests.support.api_document import operations
 from tests.support.service_running import CURVE, connect_to
 
 KEY = "0123456789-of-the-tests-KEY"
@@ -89,8 +90,7 @@ def test_no_origin_is_allowed_unless_set(client: TestClient, serve: Any) -> None
 
 def test_every_described_header_is_allowed_to_pages_of_an_allowed_origin(serve: Any, described: dict[str, Any]) -> None:
     client = serve(cors_origins="https://app.example")
-    operations = [operation for path in described["paths"].values() for operation in path.values()]
-    named = [parameter for operation in operations for parameter in operation.get("parameters", [])]
+    named = [parameter for _, _, operation in operations(described) for parameter in operation["parameters"]]
     headers = {parameter["name"].lower() for parameter in named if parameter["in"] == "header"}
     assert {"priority", "grazemap-group", "grazemap-client", "prefer", "last-event-id"} <= headers
     for header in [*headers, "authorization", "content-type"]:

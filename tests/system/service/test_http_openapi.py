@@ -13,8 +13,16 @@ from starlette.testclient import TestClient
 
 from grazemap.wire import PROCESSES, Oscillator, parse_request
 from grazemap.wire.problems import KINDS
+from grazemap_service import openapi
+from grazemap_service.problems import MEDIA_TYPE
+from grazemap_service.redis_server import RedisServer
 from grazemap_worker.store import Store
+from tests.support.api_document import looked_up, operations
+from tests.support.service_running import client_of
+from tests.support.watching import until
 
+# Of the compressed document, which a page loads before it shows anything.
+MAX_SENT_BYTES = 200_000
 REFERENCE = Path(__file__).parents[3] / "docs" / "reference"
 GUIDE = REFERENCE / "http.md"
 
@@ -24,16 +32,39 @@ def document(described: dict[str, Any]) -> dict[str, Any]:
     return described
 
 
-def test_the_service_answers_the_document(client: TestClient, document: dict[str, Any]) -> None:
-    assert client.get("/openapi.json").json() == document
+def test_the_document_is_made_at_the_start_and_once(redis_server: RedisServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[bool] = []
+    whole = openapi.document
+
+    def document(app: Any, *, keys: bool, masses: int) -> dict[str, Any]:
+        made.append(keys)
+        return whole(app, keys=keys, masses=masses)
+
+    monkeypatch.setattr(openapi, "document", document)
+    monkeypatch.setattr(openapi, "_MADE", {})
+    with client_of(redis_server) as client:
+        until(lambda: made)
+        answers = [client.get("/openapi.json") for _ in range(2)]
+    assert made == [False]
+    assert answers[0].json() == answers[1].json()
 
 
-def operations(document: dict[str, Any]) -> list[tuple[str, str, dict[str, Any]]]:
-    return [
-        (method, path, operation)
-        for path, methods in document["paths"].items()
-        for method, operation in methods.items()
+def test_the_document_is_compressed(client: TestClient) -> None:
+    with client.stream("GET", "/openapi.json", headers={"Accept-Encoding": "gzip"}) as answer:
+        sent = sum(map(len, answer.iter_raw()))
+        assert answer.headers["content-encoding"] == "gzip"
+    assert sent < MAX_SENT_BYTES
+
+
+def test_what_several_operations_have_in_common_stands_once(document: dict[str, Any]) -> None:
+    texts = [
+        json.dumps(part)
+        for operations in document["paths"].values()
+        for operation in operations.values()
+        for part in (*operation["responses"].values(), *operation.get("parameters", ()))
+        if "in" in part or MEDIA_TYPE in part.get("content", ())
     ]
+    assert len(texts) == len(set(texts))
 
 
 def test_every_operation_has_its_own_id_a_summary_and_a_description(document: dict[str, Any]) -> None:
@@ -68,6 +99,20 @@ def test_references_lead_somewhere(document: dict[str, Any]) -> None:
     references = set(re.findall(r"#/components/schemas/(\w+)", str(document)))
     assert references <= set(schemas)
     assert set(schemas) <= references
+    for kind in ("parameters", "responses"):
+        assert set(re.findall(rf"#/components/{kind}/([\w-]+)", str(document))) == set(document["components"][kind])
+
+
+def test_a_discriminator_leads_to_objects_with_its_property(document: dict[str, Any]) -> None:
+    schemas = document["components"]["schemas"]
+    unions = [schema for schema in schemas.values() if "discriminator" in schema]
+    assert len(unions) == 4
+    for union in unions:
+        for process, target in union["discriminator"]["mapping"].items():
+            member = looked_up(document, {"$ref": target})
+            assert member["type"] == "object"
+            assert member["properties"]["process"]["const"] == process
+            assert "process" in member["required"]
 
 
 def test_every_field_of_a_request_and_every_group_is_described(document: dict[str, Any]) -> None:
@@ -125,7 +170,7 @@ def test_bounds_of_numbers_lists_and_parameters_are_documented(document: dict[st
 
 
 def test_the_pattern_of_the_priority_is_that_of_the_service(client: TestClient, document: dict[str, Any]) -> None:
-    (parameter,) = (p for p in document["paths"]["/v1/proofs"]["post"]["parameters"] if p["name"] == "priority")
+    parameter = document["components"]["parameters"]["priority"]
     right, wrong = ["0", "u=3", "i"], ["", "10", "x"]
     for value in (*right, *wrong):
         answer = client.get(f"/v1/jobs/{'0' * 64}", headers={"priority": value})
