@@ -2,8 +2,8 @@
 
 A table stands between ``<!-- fields of NAME -->`` and ``<!-- end of fields -->``, where NAME is that of a result or a
 record in the schemas, "classes" for the table of the client's classes, "processes" for the addresses of all processes,
-or "clients" and "methods" for the signatures of the client. A process without a section in the guide of the API gets
-one, to be written on by hand.
+"settings" for the settings of service and workers, or "clients" and "methods" for the signatures of the client. A
+process without a section in the guide of the API gets one, to be written on by hand.
 """
 
 from __future__ import annotations
@@ -22,9 +22,10 @@ from grazemap.results import RESULTS, SCHEMAS
 from grazemap.results.base import Result
 from grazemap.results.fields import Field, RecordSchema, ResultSchema
 from grazemap.wire import PROCESSES
+from grazemap_service.settings_list import settings
 
 FOLDER = Path(__file__).parent
-PAGES = ("api.md", "sdk.md")
+PAGES = ("api.md", "sdk.md", "operations.md")
 _TABLE = re.compile(r"(<!-- fields of ([\w-]+) -->\n).*?(<!-- end of fields -->)", re.DOTALL)
 _LAST_PROCESS = "\n## Following a job\n"
 
@@ -58,7 +59,13 @@ def _section(process: str) -> Iterator[str]:
 
 
 def _table(name: str) -> str:
-    parts = {"classes": _classes, "processes": _processes, "clients": _clients, "methods": _methods}
+    parts = {
+        "classes": _classes,
+        "processes": _processes,
+        "clients": _clients,
+        "methods": _methods,
+        "settings": _settings,
+    }
     rows = parts[name]() if name in parts else _fields(_records()[name])
     return "\n".join(rows) + "\n"
 
@@ -103,6 +110,13 @@ def _processes() -> Iterator[str]:
     yield "|---|---|"
     for process, request in PROCESSES.items():
         yield f"| `/v1/{process}` | {request.operation.description} |"
+
+
+def _settings() -> Iterator[str]:
+    yield "| variable | default | for | meaning |"
+    yield "|---|---|---|---|"
+    for setting in settings():
+        yield f"| `{setting.variable}` | {setting.default} | {setting.readers} | {setting.meaning} |"
 
 
 def _clients() -> Iterator[str]:
