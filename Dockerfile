@@ -11,6 +11,7 @@ RUN python -m venv /opt/grazemap \
  && sed '/^# what tests need$/,$d' requirements.lock > running.lock \
  && /opt/grazemap/bin/python -m pip install --no-cache-dir --disable-pip-version-check --require-hashes -r running.lock
 COPY pyproject.toml README.md LICENSE ./
+COPY tools/package_readme.py tools/
 COPY sdk sdk
 COPY core core
 COPY worker worker
