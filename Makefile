@@ -302,7 +302,7 @@ ISSUE_FORMS := $(filter-out %/config.yml,$(wildcard .github/ISSUE_TEMPLATE/*.yml
 lint: $(TOOLS_STAMP)  #: check style, spelling, import contracts, import circles, and files for compose, GitHub and citations
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/codespell $(SOURCES) docs *.md
+	$(BIN)/codespell $(SOURCES) docs joss conda .github *.md
 	$(BIN)/lint-imports
 	$(BIN)/python -m tests.support.import_circles
 	$(BIN)/check-jsonschema --builtin-schema vendor.compose-spec docker-compose.yml
