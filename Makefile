@@ -267,6 +267,9 @@ kernels-wheel: $(RUN_STAMP)  #: into dist/ the wheel, and that of the kernels, c
 	$(BIN)/python -m hatchling build -t wheel -d dist
 	$(BIN)/python tools/kernels_wheel.py dist
 
+release-check: $(TOOLS_STAMP)  #: build what is published, into dist/, and check it: metadata, contents, versions (a minute)
+	$(BIN)/python -m tools.release_check $(if $(TAG),--tag $(TAG))
+
 estimates: $(STAMP)  #: the processor time of random requests of every process, over its estimate (ten minutes)
 	$(BIN)/python -m benchmarks.estimates
 
@@ -311,14 +314,19 @@ check-pages: $(STAMP)  #: compare what the examples of the guide print with what
 house: $(STAMP)  #: draw docs/pictures/house.svg, the folders and modules, from the imports
 	$(BIN)/python -m tools.house
 
-lint: $(TOOLS_STAMP)  #: check style, spelling, import contracts, import circles and the compose file
+ISSUE_FORMS := $(filter-out %/config.yml,$(wildcard .github/ISSUE_TEMPLATE/*.yml))
+lint: $(TOOLS_STAMP)  #: check style, spelling, import contracts, import circles, and files for compose, GitHub and citations
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/codespell $(SOURCES) docs *.md
+	$(BIN)/codespell $(SOURCES) docs joss conda .github *.md
 	$(BIN)/lint-imports
 	$(BIN)/python -m tests.support.import_circles
 	$(BIN)/check-jsonschema --builtin-schema vendor.compose-spec docker-compose.yml
-
+	$(BIN)/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
+	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
+	$(BIN)/check-jsonschema --builtin-schema vendor.github-issue-forms $(ISSUE_FORMS)
+	$(BIN)/check-jsonschema --builtin-schema vendor.github-issue-config .github/ISSUE_TEMPLATE/config.yml
+	$(BIN)/check-jsonschema --builtin-schema vendor.dependabot .github/dependabot.yml
 
 types: $(TOOLS_STAMP)  #: check types with mypy, strict
 	$(BIN)/mypy

@@ -31,8 +31,8 @@ _STACK, _WITHDRAWN, _USER = "stack.json", "withdrawn.json", "user-"
 OF_SERVICE = frozenset(
     f"GRAZEMAP_{name}" for name in ("API_KEYS", "API_KEYS_FILE", "ALLOWED_HOSTS", "CORS_ORIGINS", "HOST", "PORT", "FD")
 )
-# Variables of clients, which do not change a stack.
-_OF_CLIENTS = frozenset(f"GRAZEMAP_{name}" for name in ("URL", "API_KEY", "LOCAL"))
+OF_CLIENTS = frozenset(f"GRAZEMAP_{name}" for name in ("URL", "API_KEY", "LOCAL"))
+"""Variables of clients, which do not change a stack."""
 _KEYS = ("GRAZEMAP_API_KEYS", "GRAZEMAP_API_KEYS_FILE")
 # Variables on which the bytes of results depend, by their beginnings.
 _OF_NUMERICS = ("NUMBA_", "NPY_", "OPENBLAS_CORETYPE")
@@ -150,7 +150,7 @@ def _kind(environment: Mapping[str, str]) -> dict[str, Any]:
         name.upper(): value
         for name, value in environment.items()
         if name.startswith(_OF_NUMERICS)
-        or (name.upper().startswith("GRAZEMAP_") and name.upper() not in OF_SERVICE | _OF_CLIENTS)
+        or (name.upper().startswith("GRAZEMAP_") and name.upper() not in OF_SERVICE | OF_CLIENTS)
     }
     digest = hashlib.sha256(json.dumps(sorted(settings.items())).encode()).hexdigest()[:16]
     return {"version": __version__, "installation": str(Path(__file__).parent), "settings": digest}

@@ -21,9 +21,14 @@ def stack_command(*options: str) -> list[str]:
 
 def server_command(module: str, *options: str) -> list[str]:
     """Return the command line of a module of the service. Raises MissingExtra where its parts are not installed."""
-    if any(find_spec(part) is None for part in _SERVER_PARTS):
+    if not serves():
         raise MissingExtra("a stack on this machine, or its data folder,", "server")
     return module_command(module, *options)
+
+
+def serves() -> bool:
+    """Return whether the parts of the stack are installed."""
+    return all(find_spec(part) is not None for part in _SERVER_PARTS)
 
 
 def worker_module(name: str) -> Any:

@@ -46,16 +46,27 @@ def ready_line(stream: IO[bytes], shown: StartDisplay | None = None) -> bytes:
     return b""
 
 
+def _step_and_details(text: str) -> tuple[str, str]:
+    """Return the step of a start, and its details after a comma, such as the seconds that are left."""
+    step, _, details = text.partition(",")
+    return step, details
+
+
 class StartLine:
-    """One line on a terminal, which is overwritten; on other streams a line for each text."""
+    """One line on a terminal, which is overwritten; on other streams a line for each step."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
         self._terminal = stream.isatty()
         self._open = False
+        self._steps: set[str] = set()
 
     def show(self, text: str) -> None:
-        """Write a text over the previous one."""
+        """Write a text over the previous one; on other streams than a terminal only that of a new step."""
+        step, _ = _step_and_details(text)
+        if step in self._steps and not self._terminal:
+            return
+        self._steps.add(step)
         line = f"grazemap: {text}"
         self._stream.write(f"\r{line[:_COLUMNS]:<{_COLUMNS}}" if self._terminal else f"{line}\n")
         self._stream.flush()
@@ -78,9 +89,9 @@ class StartLog:
         self._step = ""
 
     def show(self, text: str) -> None:
-        """Write the text of a new step, unless it has no details after a comma, such as the seconds that are left."""
-        step, _, more = text.partition(",")
-        if self._quiet or not more or step == self._step or time.monotonic() - self._began < QUICK_SECONDS:
+        """Write the text of a new step, unless it has no details."""
+        step, details = _step_and_details(text)
+        if self._quiet or not details or step == self._step or time.monotonic() - self._began < QUICK_SECONDS:
             return
         self._step = step
         self._write(text)

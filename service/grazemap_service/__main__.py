@@ -7,6 +7,7 @@ restart keeps the address. Without keys it refuses to be reached from other mach
 
 from __future__ import annotations
 
+import os
 import socket
 import sys
 
@@ -15,15 +16,19 @@ from pydantic import ValidationError
 
 from grazemap_service.app import create_app
 from grazemap_service.connections import bounded_server
-from grazemap_service.settings import ServiceSettings, SettingsError
+from grazemap_service.settings import ServiceSettings, SettingsError, StackSettings
 from grazemap_worker.logs import configure
-from grazemap_worker.redis_settings import USAGE_ERROR, refusal_text
+from grazemap_worker.redis_settings import USAGE_ERROR, refusal_text, unknown_variables
 
 
 def main() -> int:
     """Serve until SIGINT or SIGTERM; return the exit status."""
     try:
         settings = ServiceSettings()
+        configure(settings.log_level)
+        log = structlog.get_logger("grazemap_service")
+        for unknown in unknown_variables(os.environ, ServiceSettings, StackSettings):
+            log.warning(unknown)
         listener = _listener(settings)
     except (SettingsError, ValidationError) as error:
         text = refusal_text(error) if isinstance(error, ValidationError) else str(error)
@@ -32,9 +37,8 @@ def main() -> int:
     except OSError as error:
         sys.stderr.write(f"grazemap_service: cannot listen: {error}\n")
         return 1
-    configure(settings.log_level)
     server = bounded_server(create_app(settings), listener)
-    structlog.get_logger("grazemap_service").info("listening", address=str(listener.getsockname()))
+    log.info("listening", address=str(listener.getsockname()))
     server.run(sockets=[listener])
     return 0 if server.started else 1
 

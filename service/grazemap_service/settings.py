@@ -14,7 +14,7 @@ from pydantic import Field, SecretStr, field_validator
 from pydantic_settings import NoDecode
 
 from grazemap_service import keys
-from grazemap_worker.redis_settings import RedisSettings
+from grazemap_worker.redis_settings import RedisSettings, shown
 from grazemap_worker.settings import WorkerSettings
 from grazemap_worker.store.store import DEFAULT_RESULT_BYTES
 from grazemap_worker.system import machine_memory
@@ -29,37 +29,65 @@ class SettingsError(ValueError):
 class ServiceSettings(RedisSettings):
     """The settings of the service. Lists are written with commas: ``GRAZEMAP_API_KEYS=one,two``."""
 
-    host: str = "127.0.0.1"
-    port: Annotated[int, Field(ge=0, le=65535)] = 8000
-    fd: Annotated[int | None, Field(ge=0, description="An inherited listening socket; overrides host and port.")] = None
+    host: Annotated[
+        str,
+        Field(
+            description="address to listen at; any address except loopback needs keys, and so do host names other than "
+            "loopback. `grazemap up` listens there too, unless `--host` is given"
+        ),
+    ] = "127.0.0.1"
+    port: Annotated[int, Field(ge=0, le=65535, description="port, 0 any free one; `--port` takes precedence")] = 8000
+    fd: Annotated[
+        int | None,
+        Field(ge=0, description="an inherited listening socket, instead of host and port. `grazemap up` opens its own"),
+    ] = None
 
-    api_keys: Annotated[tuple[SecretStr, ...], NoDecode] = ()
-    api_keys_file: Path | None = None
-    allowed_hosts: Annotated[tuple[str, ...], NoDecode] = LOOPBACK_HOSTS
-    cors_origins: Annotated[tuple[str, ...], NoDecode] = ()
+    api_keys: Annotated[
+        tuple[SecretStr, ...], NoDecode, Field(description="keys, separated by commas: `key` or `name=key`")
+    ] = ()
+    api_keys_file: Annotated[Path | None, Field(description="a file of further keys, read again when it changes")] = (
+        None
+    )
+    allowed_hosts: Annotated[
+        tuple[str, ...], NoDecode, Field(description="accepted Host headers, also `*.lab.example` and `*`")
+    ] = LOOPBACK_HOSTS
+    cors_origins: Annotated[
+        tuple[str, ...], NoDecode, Field(description="origins whose pages may call the service from a browser")
+    ] = ()
 
-    max_body_bytes: Annotated[int, Field(gt=0)] = 1 << 20
-    max_depth: Annotated[int, Field(gt=0, lt=500, description="Maximum nesting of a JSON body.")] = 32
-    max_masses: Annotated[int, Field(gt=0)] = 64
+    max_body_bytes: Annotated[int, Field(gt=0, description="maximum bytes of a request's body")] = 1 << 20
+    max_depth: Annotated[int, Field(gt=0, lt=500, description="maximum nesting of a JSON body")] = 32
+    max_masses: Annotated[int, Field(gt=0, description="maximum masses of an oscillator")] = 64
     max_points: Annotated[
-        int, Field(gt=0, description="Maximum values of a curve, or samples of a trajectory or a diagram.")
+        int, Field(gt=0, description="maximum values of a curve, or samples of the trajectories of a job or a diagram")
     ] = 1_000_000
-    max_pixels: Annotated[int, Field(gt=0, description="Maximum points of an unfolding map.")] = 1 << 22
-    max_adaptive_pixels: Annotated[int, Field(gt=0, description="Maximum points of an adaptive map.")] = 1 << 24
-    max_work: Annotated[float, Field(gt=0, description="Maximum estimated forcing periods of a job.")] = 1e9
-    max_seconds: Annotated[float, Field(gt=0, description="Maximum estimated processor seconds of a job.")] = 86_400.0
+    max_pixels: Annotated[int, Field(gt=0, description="maximum points of an unfolding map")] = 1 << 22
+    max_adaptive_pixels: Annotated[int, Field(gt=0, description="maximum points of an adaptive map")] = 1 << 24
+    max_work: Annotated[float, Field(gt=0, description="maximum forcing periods of one job, as estimated")] = 1e9
+    max_seconds: Annotated[
+        float,
+        Field(
+            gt=0,
+            description="maximum seconds of one job on one core, as estimated; a job whose processor time exceeds it, "
+            "and four times its estimate, is stopped",
+        ),
+    ] = 86_400.0
     max_tile_periods: Annotated[
-        int, Field(gt=0, description="Maximum forcing periods of one trajectory, or of all trajectories of a tile.")
+        int,
+        Field(
+            gt=0, description="maximum forcing periods of the trajectories of one job, except those of maps and basins"
+        ),
     ] = 1_000_000
-    max_pending_tiles: Annotated[int, Field(gt=0, description="Maximum unfinished tiles of all jobs.")] = 100_000
-    max_wait_seconds: Annotated[float, Field(ge=0, le=300)] = 30.0
+    max_pending_tiles: Annotated[
+        int, Field(gt=0, description="maximum unfinished tiles of all jobs; above it, 429")
+    ] = 100_000
+    max_wait_seconds: Annotated[float, Field(ge=0, le=300, description="longest `Prefer: wait`")] = 30.0
 
     hot_bytes: Annotated[
-        int,
-        Field(ge=0, description="Maximum bytes of results that this process keeps in memory (RepresentationCache)."),
+        int, Field(ge=0, description="maximum bytes of copies of results in the memory of the process")
     ] = 64 << 20
     sent_bytes: Annotated[
-        int, Field(ge=0, description="While results that are being sent take more bytes, further large results wait.")
+        int, Field(ge=0, description="results that are being sent; above it, further large ones wait")
     ] = 256 << 20
 
     @field_validator("api_keys", "allowed_hosts", "cors_origins", mode="before")
@@ -114,12 +142,18 @@ class StackSettings(WorkerSettings):
     The defaults of the memory are smaller on a machine with little memory.
     """
 
-    result_bytes: Annotated[int, Field(gt=0, description="Budget of the finished results in Redis.")] = Field(
-        default_factory=lambda: _share_of_memory(DEFAULT_RESULT_BYTES, 4)
+    result_bytes: int = Field(
+        default_factory=lambda: _share_of_memory(DEFAULT_RESULT_BYTES, 4),
+        gt=0,
     )
     redis_bytes: Annotated[
-        int | None, Field(ge=64 << 20, description="Memory of an embedded Redis; see `max_redis_bytes`.")
-    ] = None
+        int | None,
+        Field(
+            ge=64 << 20,
+            description=f"maximum memory of an embedded Redis, at least {64 << 20}; above it, 507. In place of 1 GiB "
+            "at most an eighth of the memory",
+        ),
+    ] = Field(default=None, json_schema_extra=shown("`GRAZEMAP_RESULT_BYTES` and 1 GiB"))
 
     @property
     def max_redis_bytes(self) -> int:

@@ -32,12 +32,12 @@ from grazemap.running_stacks import Announcement, announce, withdraw
 from grazemap_service.append_only import StorageError
 from grazemap_service.children import Child, PythonChild
 from grazemap_service.redis_server import MAX_SOCKET_PATH, NoRedisError, RedisServer
-from grazemap_service.settings import StackSettings
+from grazemap_service.settings import ServiceSettings, StackSettings
 from grazemap_service.storage import REDIS, locked, opened_lock
 from grazemap_service.temporary import TemporaryFolder, remove_abandoned
 from grazemap_worker import logs
 from grazemap_worker.environment import usable_cache_dir
-from grazemap_worker.redis_settings import USAGE_ERROR, RedisSettings, refusal_text
+from grazemap_worker.redis_settings import USAGE_ERROR, RedisSettings, refusal_text, unknown_variables
 from grazemap_worker.store import Store, connect
 from grazemap_worker.system import IdleMemory, not_kept
 from grazemap_worker.watchdog import WatchdogSocket
@@ -106,12 +106,14 @@ class ServiceStack:
         if usable_cache_dir() is None:
             self._log.warning("kernels are kept in the data folder, as the user's home cannot be written")
             environment["GRAZEMAP_CACHE_DIR"] = str(data / "kernels")
+        for unknown in unknown_variables(os.environ, ServiceSettings, StackSettings):
+            self._log.warning(unknown)
         for limit in not_kept():
             self._log.warning("a limit is not kept on this system", limit=limit)
         self._allowed_host = environment.get("GRAZEMAP_ALLOWED_HOSTS", "").split(",")[0].strip()
         self._children: list[Child] = []
         if not environment.get("GRAZEMAP_REDIS_URL"):
-            settings = _settings(StackSettings, workers=workers)
+            settings = _settings(StackSettings, workers=workers, cache_dir=environment.get("GRAZEMAP_CACHE_DIR"))
             memory = settings.max_redis_bytes
             server = RedisServer(data / REDIS, inherited=(self._lock.fileno(),), max_memory=memory)
             environment["GRAZEMAP_RESULT_BYTES"] = str(settings.result_bytes)

@@ -2,8 +2,9 @@
 
 A table stands between ``<!-- fields of NAME -->`` and ``<!-- end of fields -->``, where NAME is that of a result or a
 record in the schemas, "request-PROCESS" for how a process is called and what it takes, "classes" for the table of the
-client's classes, "processes" for the addresses of all processes, "clients" for how a
-client is made, or "methods" for those of a client. A process without a page gets one, to be written on by hand.
+client's classes, "processes" for the addresses of all processes, "settings" for the settings of service and workers,
+"clients" for how a client is made, or "methods" for those of a client. A process without a page gets one, to be written
+on by hand.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from grazemap.results.base import Result
 from grazemap.results.fields import Field, RecordSchema, ResultSchema
 from grazemap.results.observables import OBSERVABLES
 from grazemap.wire import PROCESSES, ProcessRequest
+from grazemap_service.settings_list import settings
 
 DOCS = Path(__file__).parents[2] / "docs"
 REFERENCE = DOCS / "reference"
@@ -41,7 +43,7 @@ _TABLE = re.compile(r"(<!-- fields of ([\w-]+) -->\n).*?(<!-- end of fields -->)
 
 def pages() -> list[Path]:
     """Return the pages that have tables."""
-    return [DOCS / "sdk.md", *sorted(REFERENCE.glob("*.md"))]
+    return [DOCS / "sdk.md", DOCS / "operations.md", *sorted(REFERENCE.glob("*.md"))]
 
 
 def written(text: str) -> str:
@@ -252,6 +254,13 @@ def _processes() -> Iterator[str]:
     yield "|---|---|"
     for process, request in PROCESSES.items():
         yield f"| `/v1/{process}` | {request.operation.description} |"
+
+
+def _settings() -> Iterator[str]:
+    yield "| variable | default | for | meaning |"
+    yield "|---|---|---|---|"
+    for setting in settings():
+        yield f"| `{setting.variable}` | {setting.default} | {setting.readers} | {setting.meaning} |"
 
 
 def _clients() -> Iterator[str]:

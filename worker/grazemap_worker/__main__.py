@@ -21,24 +21,25 @@ def main(arguments: Sequence[str] | None = None) -> None:
     options = {name: value for name, value in vars(parser.parse_args(arguments)).items() if value is not None}
 
     one_thread()
+    import structlog
     from pydantic import ValidationError
 
     from grazemap_worker import logs
-    from grazemap_worker.redis_settings import refusal_text
+    from grazemap_worker.redis_settings import refusal_text, unknown_variables
     from grazemap_worker.settings import WorkerSettings
     from grazemap_worker.supervision import kernel_cache
 
     try:
         settings = WorkerSettings(**options)
         logs.configure(settings.log_level)
+        for unknown in unknown_variables(os.environ, WorkerSettings, near=True):
+            structlog.get_logger("grazemap_worker").warning(unknown)
         # before numba is imported
         os.environ["NUMBA_CACHE_DIR"] = str(kernel_cache.private_folder(settings.cache_dir))
     except ValidationError as error:
         _refuse(refusal_text(error))
-    except kernel_cache.CacheFolderError as error:
+    except RuntimeError as error:  # CacheFolderError, or the home is not known
         _refuse(str(error))
-    except OSError as error:
-        _refuse(f"GRAZEMAP_CACHE_DIR: {error}")
 
     from redis.exceptions import RedisError
 

@@ -12,6 +12,9 @@ from pathlib import Path
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 """The variables that limit the libraries of numpy and numba to as many threads as they say."""
 
+CHOOSE_CACHE_DIR = "set GRAZEMAP_CACHE_DIR to a folder in which this user can write"
+"""What to do where the folder for compiled kernels cannot be used."""
+
 
 def one_thread() -> None:
     """Limit the libraries of numpy and numba to one thread each; call this before they are imported."""
@@ -23,7 +26,10 @@ def default_cache_dir() -> Path:
 
     Raises RuntimeError where the home of the user is not known.
     """
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()) / "grazemap"
+    try:
+        return Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()) / "grazemap"
+    except RuntimeError:
+        raise RuntimeError(f"the home of this user is not known; {CHOOSE_CACHE_DIR}") from None
 
 
 def usable_cache_dir() -> Path | None:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from grazemap_worker.environment import default_cache_dir
-from grazemap_worker.redis_settings import RedisSettings
+from grazemap_worker.redis_settings import RedisSettings, shown
 from grazemap_worker.store.store import DEFAULT_RESULT_BYTES
 from grazemap_worker.system import available_cores, machine_memory
 
@@ -36,19 +36,35 @@ def _default_memory(validated_fields: dict[str, Any]) -> int:
 class WorkerSettings(RedisSettings):
     """The settings of the workers of one machine."""
 
-    workers: Annotated[int, Field(ge=1, le=1024, description="Worker processes.")] = Field(
-        default_factory=available_cores
+    workers: Annotated[int, Field(ge=1, le=1024, description="worker processes")] = Field(
+        default_factory=available_cores, json_schema_extra=shown("one per core")
     )
-    cache_dir: Annotated[Path, Field(description="Folder for compiled kernels; only this user can open it.")] = Field(
-        default_factory=default_cache_dir
-    )
+    cache_dir: Annotated[
+        Path,
+        Field(
+            description="folder for compiled kernels, made private to the user; `grazemap up` keeps them in its "
+            "data folder where the home cannot be written. One folder for each version of grazemap, Python, numba and "
+            "processor; one that no worker was started with for 90 days, and none runs with, is removed"
+        ),
+    ] = Field(default_factory=default_cache_dir, json_schema_extra=shown("~/.cache/grazemap"))
     # read by grazemap_core.compiled_ahead, before anything else is imported
     kernels: Annotated[
-        Literal["ahead", "native"], Field(description="Kernels compiled ahead of time, or on this machine.")
+        Literal["ahead", "native"],
+        Field(description="`ahead`: kernels of `grazemap-kernels` are used where they fit; `native`: never"),
     ] = "ahead"
-    result_bytes: Annotated[int, Field(gt=0, description="Budget of all results and tiles in Redis.")] = (
-        DEFAULT_RESULT_BYTES
-    )
-    memory_bytes: Annotated[int, Field(ge=_MIN_MEMORY, description="Memory for the computation of a tile.")] = Field(
-        default_factory=_default_memory
-    )
+    result_bytes: Annotated[
+        int,
+        Field(
+            gt=0,
+            description="maximum bytes of results and tiles in Redis; `grazemap up` takes at most a quarter "
+            "of the memory",
+        ),
+    ] = DEFAULT_RESULT_BYTES
+    memory_bytes: Annotated[
+        int,
+        Field(
+            ge=_MIN_MEMORY,
+            description="what the computation of a tile may allocate; above it, the job fails with `too-much-memory`. "
+            "The default is at most M/(workers + 2), where M is the memory of the machine or of its control group",
+        ),
+    ] = Field(default_factory=_default_memory, json_schema_extra=shown(f"{_MAX_MEMORY}, or a share of the memory"))

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -34,8 +34,15 @@ class _OneLineHelp(argparse.HelpFormatter):
 class _Parser(argparse.ArgumentParser):
     """A parser without abbreviated flags: with a new field, an abbreviation could become ambiguous."""
 
+    after_help: Callable[[], str] | None = None
+    """Returns what follows the help; it takes longer to make than all else, so it is called for the help alone."""
+
     def __init__(self, **keywords: Any) -> None:
         super().__init__(allow_abbrev=False, **keywords)
+
+    def format_help(self) -> str:
+        """Return the help, with what follows it."""
+        return super().format_help() + (self.after_help() if self.after_help else "")
 
 
 # The commands that are not processes: the modules that add their arguments, and what the commands do.
@@ -82,7 +89,9 @@ def parser(named: Collection[str] | None = None) -> argparse.ArgumentParser:
     for name, (module, what) in _OTHERS.items():
         added = commands.add_parser(name, help=what)
         if named is None or name in named:
-            import_module(f"grazemap.cli.{module}").add_arguments(added, name)
+            arguments = import_module(f"grazemap.cli.{module}")
+            arguments.add_arguments(added, name)
+            added.after_help = getattr(arguments, "after_help", None)
     return top
 
 

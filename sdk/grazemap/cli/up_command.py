@@ -5,14 +5,16 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 from grazemap.cli.exit_codes import DONE, FAILED
 from grazemap.errors import ProtocolError
-from grazemap.server_command import stack_command
+from grazemap.server_command import serves, stack_command
 from grazemap.start_display import StartLine, ready_line
 
 # Default address of `up`, as in the service's settings; environment variables override it.
@@ -35,6 +37,14 @@ def add_arguments(up: argparse.ArgumentParser, _: str) -> None:
     )
     up.add_argument("--workers", type=_positive, help="worker processes (default: one per processor)")
     up.set_defaults(command=_up)
+
+
+def after_help() -> str:
+    """Return the settings of the stack, where its parts are installed."""
+    if not serves():
+        return ""
+    text: str = import_module("grazemap_service.settings_list").help_text(shutil.get_terminal_size().columns - 2)
+    return f"\n{text}"
 
 
 def _setting(name: str, default: str) -> str:

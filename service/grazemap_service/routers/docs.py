@@ -78,9 +78,7 @@ class _Guide(_WholeFiles):
     async def get_response(self, path: str, scope: Scope) -> Response:
         """Return the response with a page or a file of the guide."""
         if not Path(self.directory or "").is_dir():
-            raise ProblemException(
-                "not-found", "This installation has no guide: `make guide` builds it."
-            )
+            raise ProblemException("not-found", "This installation has no guide: `make guide` builds it.")
         return await super().get_response(path, scope)
 
 

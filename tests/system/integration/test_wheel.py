@@ -6,7 +6,6 @@ import json
 import re
 import subprocess
 import sys
-import zipfile
 from pathlib import Path
 
 import pytest
@@ -51,17 +50,6 @@ def constraints() -> str:
     pins = [line.removesuffix("\\").strip() for line in lines if re.match(r"[A-Za-z0-9]", line)]
     assert len(pins) > 20
     return "\n".join(pins)
-
-
-def test_the_wheel_holds_the_four_packages_and_what_they_read(wheel: Path) -> None:
-    names = zipfile.ZipFile(wheel).namelist()
-    packages = {name.split("/")[0] for name in names if not name.startswith("grazemap-")}
-    assert packages == {"grazemap", "grazemap_core", "grazemap_worker", "grazemap_service"}
-    assert {f"{package}/py.typed" for package in packages} <= set(names)
-    tracked = subprocess.run(
-        ["git", "ls-files", "sdk", "core", "worker", "service"], cwd=ROOT, check=True, capture_output=True, text=True
-    )
-    assert {name.split("/", 1)[1] for name in tracked.stdout.split()} <= set(names)
 
 
 def test_in_an_empty_environment_the_light_client_works(wheel: Path, stack: LocalClient, tmp_path: Path) -> None:

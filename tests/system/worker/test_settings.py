@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import os
+import socket
 import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from redis.exceptions import AuthenticationError
 from redis.exceptions import ConnectionError as AwayError
 
 from grazemap_service.redis_server import RedisServer
+from grazemap_worker.environment import CHOOSE_CACHE_DIR, default_cache_dir
 from grazemap_worker.settings import WorkerSettings
 from grazemap_worker.store import connect, trouble
 from tests.support.thorough import every_fourth
@@ -63,6 +66,34 @@ def test_the_workers_refuse_a_cache_that_is_no_folder(tmp_path: Path) -> None:
     assert answer.returncode == 2
     assert "must be a folder" in answer.stderr
     assert "Traceback" not in answer.stderr
+
+
+def test_a_cache_that_cannot_be_made_is_refused_with_the_setting_that_names_another(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    # an empty variable is none, so the default is taken
+    answer = run("grazemap_worker", GRAZEMAP_CACHE_DIR="", XDG_CACHE_HOME=f"{tmp_path}/file")
+    assert answer.returncode == 2
+    assert CHOOSE_CACHE_DIR in answer.stderr
+    assert "Traceback" not in answer.stderr
+
+
+def test_where_the_home_is_not_known_the_setting_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Path, "expanduser", Mock(side_effect=RuntimeError))
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    with pytest.raises(RuntimeError, match="GRAZEMAP_CACHE_DIR"):
+        default_cache_dir()
+
+
+@pytest.mark.parametrize("module", ["grazemap_worker", "grazemap_service"])
+def test_a_variable_that_is_no_setting_has_a_warning_in_the_log(tmp_path: Path, module: str) -> None:
+    (tmp_path / "kernels").symlink_to(tmp_path)
+    # neither starts: the workers have no folder, and the address of the service is in use
+    with socket.create_server(("127.0.0.1", 0)) as used:
+        port = str(used.getsockname()[1])
+        answer = run(module, GRAZEMAP_WORKERZ="2", GRAZEMAP_CACHE_DIR=str(tmp_path), GRAZEMAP_PORT=port)
+    assert answer.returncode in (1, 2)
+    assert "GRAZEMAP_WORKERZ" in answer.stderr
+    assert "GRAZEMAP_PORT" not in answer.stderr
 
 
 def test_a_password_may_hold_any_character(locked: RedisServer) -> None:

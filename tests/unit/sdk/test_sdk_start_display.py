@@ -38,12 +38,13 @@ def test_a_stack_that_ends_has_no_line():
     assert ready_line(io.BytesIO(b"Traceback\n")) == b"Traceback\n"
 
 
-def test_a_command_that_runs_a_stack_has_a_line_for_each_text_in_a_log():
+def test_a_command_that_runs_a_stack_has_a_line_for_each_step_in_a_log():
     stream = io.StringIO()
     shown = StartLine(stream)
-    ready_line(io.BytesIO(LINES), shown)
+    for text in ("a", "a", "b, about 9 s", "a", "b, about 8 s"):
+        shown.show(text)
     shown.close(ready=True)
-    assert stream.getvalue() == "grazemap: a\ngrazemap: b\n"
+    assert stream.getvalue() == "grazemap: a\ngrazemap: b, about 9 s\n"
 
 
 SAID = [

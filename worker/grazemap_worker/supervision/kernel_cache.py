@@ -14,6 +14,8 @@ from typing import IO
 
 import structlog
 
+from grazemap_worker.environment import CHOOSE_CACHE_DIR
+
 _USED = "used"
 UNUSED_SECONDS = 90 * 86400.0
 """A folder of kernels is removed when no worker was started with it for this time, and none with it still runs."""
@@ -29,14 +31,17 @@ def private_folder(root: Path) -> Path:
     Raises
     ------
     CacheFolderError
-        The folder is a link or belongs to another user, who could place code in it.
+        The folder cannot be made, or is a link, or belongs to another user, who could place code in it.
     """
     folder = root / "kernels"
-    folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-    status = folder.lstat()
-    if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.getuid():
-        raise CacheFolderError(f"{folder} must be a folder of this user")
-    folder.chmod(0o700)
+    try:
+        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        status = folder.lstat()
+        if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.getuid():
+            raise CacheFolderError(f"{folder} must be a folder of this user; {CHOOSE_CACHE_DIR}")
+        folder.chmod(0o700)
+    except OSError as error:
+        raise CacheFolderError(f"no folder for compiled kernels: {error}; {CHOOSE_CACHE_DIR}") from error
     return folder / "numba"
 
 
