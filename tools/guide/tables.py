@@ -72,6 +72,7 @@ def _table(name: str) -> str:
         "processes": _processes,
         "clients": _clients,
         "methods": _methods,
+        "settings": _settings,
     }
     parts |= {f"request-{process}": partial(_request, process) for process in PROCESSES}
     rows = parts[name]() if name in parts else _fields(_records()[name])
