@@ -267,7 +267,7 @@ kernels-wheel: $(RUN_STAMP)  #: into dist/ the wheel, and that of the kernels, c
 	$(BIN)/python -m hatchling build -t wheel -d dist
 	$(BIN)/python tools/kernels_wheel.py dist
 
-release-check: $(TOOLS_STAMP)  #: build what is published, into dist/, and check it: metadata, contents, versions (a minute)
+release-check: $(TOOLS_STAMP) $(GUIDE)  #: build what is published, into dist/, and check it: metadata, contents, versions (a minute)
 	$(BIN)/python -m tools.release_check $(if $(TAG),--tag $(TAG))
 
 estimates: $(STAMP)  #: the processor time of random requests of every process, over its estimate (ten minutes)

