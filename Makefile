@@ -344,7 +344,7 @@ languages: kernels chromium $(TOOLS_STAMP)  #: the examples in other languages; 
 	cd $(TYPESCRIPT) && npm install --no-audit --no-fund
 	$(BIN)/python -m pytest tests/system/integration/test_languages.py tests/system/browser/test_page_of_another_host.py
 
-browser: kernels chromium $(TOOLS_STAMP)  #: test the pages in headless Chromium; installs Debian's chromium if it is missing
+browser: kernels chromium $(TOOLS_STAMP) $(GUIDE)  #: test the pages in headless Chromium; installs Debian's chromium if it is missing
 	$(BIN)/python -m pytest tests/system/browser
 
 lock: $(TOOLS_STAMP)  #: pin the newest version of every dependency, with hashes

@@ -240,7 +240,11 @@ def test_a_note_on_units_says_the_sizes_that_it_compares():
     machine = Oscillator(units="SI", **oscillator)
     body = {"oscillator": machine, "omega": omega, "clearance": {"right": 4.0, "left": 3.0}, "periods": 3}
     (detail,) = (note.detail for note in notes_on(parse_request("trajectories", body)) if "clearance" in note.code)
-    natural, ratio, moved = machine.natural_frequencies, machine.damping_ratios[0], steady_amplitude(machine, np.array([omega]))
+    natural, ratio, moved = (
+        machine.natural_frequencies,
+        machine.damping_ratios[0],
+        steady_amplitude(machine, np.array([omega])),
+    )
     for number in (f"{natural[0]:.4g}", f"{natural[1]:.4g}", f"{ratio:.2g}", f"{moved[0]:.3g}", "3 m"):
         assert number in detail, detail
 
