@@ -174,7 +174,7 @@ def unfolded_pitchfork(client: Client) -> Figure:
 
 
 def machine(client: Client) -> Figure:
-    """Draw a figure for a paper: a machine in SI, its map, a branch and a motion on axes of one's own, in Hz and mm."""
+    """Draw a machine in SI, its map, a branch and a motion on axes of one's own, in Hz and mm."""
     window = {"omega": (30.0, 100.0), "clearance": (0.0005, 0.006)}
     umap = client.unfolding_map(MACHINE, **window, shape=(128, 128), preview=True)
     curve = client.grazing_curve(MACHINE, omega=window["omega"], points=400)
@@ -189,6 +189,14 @@ def machine(client: Client) -> Figure:
     motion.plot((axes[1, 0], axes[1, 1]))
     engineering_units(axes)
     return figure
+
+
+def column(client: Client) -> Figure:
+    """Draw a figure for a column of a journal, in the units of its request."""
+    window = {"omega": ("5 Hz", "16 Hz"), "clearance": ("0.5 mm", "6 mm")}
+    umap = client.unfolding_map(MACHINE, **window, shape=(128, 128), preview=True)
+    curve = client.grazing_curve(MACHINE, omega=window["omega"], points=400)
+    return umap.plot(curve=curve, motions=6, style="column").figure
 
 
 PICTURES: tuple[Callable[[Client], Figure], ...] = (
@@ -213,6 +221,7 @@ PICTURES: tuple[Callable[[Client], Figure], ...] = (
     bifurcation_curves,
     unfolded_pitchfork,
     machine,
+    column,
 )
 
 
