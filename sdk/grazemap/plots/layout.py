@@ -31,7 +31,7 @@ _MAX_BESIDE = 0.4
 _BETWEEN, _FEW_VERTICES = 24, 400
 Corner = Literal[
     "upper right", "upper left", "lower right", "lower left", "center right", "center left", "upper center",
-    "lower center", "center"
+    "lower center"
 ]  # fmt: skip
 _CORNERS: tuple[Corner, ...] = get_args(Corner)
 # Words of a text; a formula is a word, and so are the two sides of an equation or a product.
@@ -171,8 +171,6 @@ def emptiest_corner(ax: Axes, legend: Legend) -> Corner:
     covered = []
     for corner in _CORNERS:
         up, _, across = corner.partition(" ")
-        if not across:
-            up, across = ("center", "center")
         x = {"left": box.x0 + pad, "right": box.x1 - pad - size.width}.get(across, (box.x0 + box.x1 - size.width) / 2)
         y = {"lower": box.y0 + pad, "upper": box.y1 - pad - size.height}.get(up, (box.y0 + box.y1 - size.height) / 2)
         under = np.all((points >= (x, y)) & (points <= (x + size.width, y + size.height)), axis=1)
