@@ -132,7 +132,9 @@ class FakeService:
         if self.ending == "successful":
             several, adaptive = isinstance(job["request"].get("initial"), list), job["request"].get("adaptive")
             sample = MANY if several else ADAPTIVE if adaptive else job["process"]
-            self.results[job["id"]] = npz(sample, units=job["request"]["oscillator"]["units"])
+            self.results[job["id"]] = npz(
+                sample, units=job["request"].get("oscillator", {}).get("units", "nondimensional")
+            )
 
     def _events(self, job: dict[str, Any]) -> httpx2.Response:
         self.finish(job)

@@ -180,7 +180,9 @@ class Drawing:
     names: list[Name] = field(default_factory=list)
     """Names on the axes, which are left out where there is no room for them."""
     _legends: list[Callable[[], None]] = field(default_factory=list)
+    """What makes the legends."""
     _before: frozenset[Artist] = field(init=False)
+    """What was on the axes of the caller before."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "_before", frozenset(() if self.own_figure else self.ax.get_children()))
