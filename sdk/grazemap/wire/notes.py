@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 else:
     np = Later("numpy")
 
+OTHER_MOTIONS = "other-motions"
+"""The code of the note of a result that other stable motions were seen."""
+
 Span = tuple[float, float]
 # Frequencies at which the grazing curve is looked at, besides the natural ones.
 _SAMPLES = 257
