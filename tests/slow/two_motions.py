@@ -13,13 +13,11 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
-from itertools import count
 from multiprocessing import get_context
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from grazemap.codec import decode_npz
 from grazemap.wire import Oscillator, ProcessRequest, TrajectoriesRequest, UnfoldingMapsRequest, parse_request
 from grazemap.wire.linear import steady_amplitude
 from grazemap.wire.notes import OTHER_MOTIONS
@@ -30,8 +28,8 @@ from grazemap_core.maps.map_settings import RunSettings
 from grazemap_core.maps.runner import Runner
 from grazemap_core.simulation.motion import KINDS
 from grazemap_core.simulation.start import forced_oscillator
-from grazemap_worker.computation import Computation
 from grazemap_worker.processes.conversion import core_clearance, core_oscillator
+from tests.support.computed import as_job
 
 STARTS = 64  # that a request tries
 DENSE = 64  # at each of two phases and of the two widths
@@ -42,6 +40,7 @@ MOST_SAID_OF_ONE = 0.02
 LEAST_SAID_OF_TWO = 0.9
 MOST_COST_OF_MAP = 0.1
 MAPS, SIDE = 6, 64
+MOST_DRAWN = 20  # points for each one that is wanted
 Key = tuple[Any, ...]
 
 
@@ -152,11 +151,9 @@ def timed(request: ProcessRequest, times: int = 3) -> tuple[float, tuple[Any, An
     seconds = []
     for _ in range(times):
         began = time.process_time()
-        computation = Computation.of(request)
-        tiles = [computation.tile(index).data for index in range(computation.plan.tile_count)]
-        computed = computation.result(tiles if computation.has_tiles else [], lambda done, total: None)
+        outcome = as_job(request)
         seconds.append(time.process_time() - began)
-    return min(seconds), decode_npz(computed.data)
+    return min(seconds), outcome
 
 
 def map_cost(seed: int) -> tuple[float, float, str]:
@@ -184,7 +181,7 @@ def main(two: int = 50, one: int = 200, processes: int = 2) -> bool:
     wanted = {1: one, 2: two}
     points = 0
     with get_context("spawn").Pool(processes) as pool:
-        for outcome in pool.imap(looked_at, count(), chunksize=1):
+        for outcome in pool.imap(looked_at, range(MOST_DRAWN * (two + one)), chunksize=1):
             points += 1
             if outcome is not None and len(outcomes[outcome.motions]) < wanted[outcome.motions]:
                 outcomes[outcome.motions].append(outcome)
