@@ -24,7 +24,12 @@ from grazemap_core.errors import checked_order
 from grazemap_core.maps.map_settings import AboutMiddle, Conditions, RunSettings, random_starts
 from grazemap_core.maps.planes import Plane
 from grazemap_core.maps.runner import Runner
-from grazemap_core.maps.tolerances import MAP_POINTS_A_SAMPLE, MOST_SAMPLED_POINTS, OTHER_STARTS_PERIODS
+from grazemap_core.maps.tolerances import (
+    MAP_POINTS_A_SAMPLE,
+    MOST_SAMPLED_POINTS,
+    OTHER_STARTS_KNOCK,
+    OTHER_STARTS_PERIODS,
+)
 from grazemap_core.maps.unfolding import NAME, arrays_of
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
@@ -92,7 +97,8 @@ def other_motions(
     clearance : float, or (float or None, float or None)
         As in `trajectories.trajectory`.
     count, seed : int
-        Number of other starts, and the seed from which they are drawn, as those of an ensemble of `MapSettings`.
+        Number of other starts, and the seed from which they are drawn, as those of an ensemble of `MapSettings`, but
+        every other one with OTHER_STARTS_KNOCK times the velocities.
     displacement, velocity : (N,)
         The given start, by default at rest in the static equilibrium.
     phase : float
@@ -115,8 +121,9 @@ def other_motions(
     given = arrays_of(codes[:, None], figures[:, None])
     if given["kind"][0] == _UNRESOLVED:
         return OtherMotions(_motion(given, 0), 0, 0, [])
-    scaled = random_starts(oscillator, count, seed)
-    start = AboutMiddle(scaled * np.array([1.0, forced.omega])[:, None])
+    scaled = random_starts(oscillator, count, seed) * np.array([1.0, forced.omega])[:, None]
+    scaled[1::2, 1] *= OTHER_STARTS_KNOCK
+    start = AboutMiddle(scaled)
     conditions = Conditions.of(oscillator, np.array([forced.clearances]))
     runner = Runner(oscillator, settings._replace(max_periods=min(max_periods, OTHER_STARTS_PERIODS)), runner)
     every, every_figures = runner.run(forced.structure, conditions, start, phase)

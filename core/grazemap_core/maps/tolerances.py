@@ -277,6 +277,10 @@ OTHER_STARTS_PERIODS: Final = 400
 """Forcing periods after which a further start of a sample (`other_starts`) is given up: motions that are verified have
 mostly settled sooner, and chaotic ones never do."""
 
+OTHER_STARTS_KNOCK: Final = 3.0
+"""Velocities of every other start of that sample, over those of the states of an ensemble: some motions are reached by
+knocks mostly, others hardly (`make two-motions`)."""
+
 MAP_POINTS_A_SAMPLE: Final = 200
 """Points of a map for each one that is in the sample of `other_starts`: such a point takes as long as some ten of the
 map, because its trajectories share tables with no others."""

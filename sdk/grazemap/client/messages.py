@@ -65,7 +65,10 @@ def result_of(request: ProcessRequest, outcome: bytes | Problem) -> Result:
 
 
 def announced(result: Result) -> Result:
-    """Return a result, and issue the notes that only the result has, not its request."""
+    """Return a result, and issue the note that other motions were seen at its point, which its request has not.
+
+    Many maps have such points: their note stands in `notes`, and their summary has the numbers.
+    """
     warn_about([note for note in result.notes if note.code == OTHER_MOTIONS])
     return result
 

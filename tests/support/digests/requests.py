@@ -244,6 +244,17 @@ _QUICK: dict[str, dict[str, Body]] = {
 }
 
 _MAPS: dict[str, dict[str, Body]] = {
+    "trajectories": {
+        "other starts": {
+            "oscillator": {**ONE, "damping": 0.04},
+            "omega": 1.5,
+            "clearance": {"right": 1.1, "left": None},
+            "periods": 2,
+            "transient_periods": 300,
+            "samples_per_period": 8,
+            "other_starts": 32,
+        },
+    },
     "unfolding-maps": {
         "chain": MAP,
         "sweep": {**MAP, "policy": "sweep-down", "oscillator": {"restitution": 0.6}, "max_periods": 200},

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from grazemap.wire import parse_request
-from grazemap.wire.notes import OTHER_MOTIONS
+from grazemap.wire.notes import OTHER_MOTIONS, OTHER_MOTIONS_IN_MAP
 from grazemap_worker.processes import kernels_of
 from tests.support.computed import as_job, whole
 from tests.support.thorough import KERNELS_FIRST
@@ -61,7 +61,7 @@ def test_a_map_from_rest_samples_other_starts_unless_it_is_told_not_to() -> None
     document, meta = computed("unfolding-maps", MAP | {"other_starts": 32})
     record = document["other_starts"]
     assert (record["starts"], record["points"]) == (32, 2)
-    assert codes(meta) == [OTHER_MOTIONS] * bool(record["with_others"])
+    assert codes(meta) == [OTHER_MOTIONS_IN_MAP] * bool(record["with_others"])
     for seen in record["motions"]:
         shown = whole("trajectories", parse_request("trajectories", seen["request"]).canonical())
         assert shown["motion"]["label"] == seen["label"] != seen["from_rest"]

@@ -13,7 +13,7 @@ from grazemap.codec import Document
 from grazemap.results.documents import document_of
 from grazemap.results.other_motions import listed
 from grazemap.wire import InitialState, Note, ProcessRequest, TrajectoriesRequest, UnfoldingMapsRequest
-from grazemap.wire.notes import OTHER_MOTIONS
+from grazemap.wire.notes import OTHER_MOTIONS, OTHER_MOTIONS_IN_MAP
 from grazemap.wire.planes import PlanePoint
 from grazemap.wire.process import PointRequest
 from grazemap.wire.structure import as_pair
@@ -147,7 +147,8 @@ def notes(request: ProcessRequest, document: Document) -> Iterator[Note]:
         counts = [(motion["label"], motion["starts"]) for motion in outcome["motions"]]
         start = "from rest" if _at_rest(request) else "from this initial state"
         detail = f"the motion holds {start}: from other starts also {listed(counts, outcome['starts'])}. {where}"
-    yield Note(code=OTHER_MOTIONS, detail=f"{detail}; basin-fractions counts the starts that lead to each motion")
+    code = OTHER_MOTIONS_IN_MAP if isinstance(request, UnfoldingMapsRequest) else OTHER_MOTIONS
+    yield Note(code=code, detail=f"{detail}; basin-fractions counts the starts that lead to each motion")
 
 
 def _at_rest(request: ProcessRequest) -> bool:
