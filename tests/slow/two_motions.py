@@ -195,11 +195,12 @@ def main(two: int = 50, one: int = 200, processes: int = 2) -> bool:
     missed = sorted(outcome.share for outcome in outcomes[2] if not outcome.stated)
     print(f"    where it is not stated, the share of the dense starts to others is {[round(s, 3) for s in missed]}")
     print(f"one stable motion: stated at {stated[1]} of {one} points")
-    for each in outcomes.values():
+    for motions, each in outcomes.items():
         plain, asked = np.array([outcome.seconds for outcome in each]).T
         more = 1000.0 * float(np.median(asked - plain))
         ratios = np.quantile((asked - plain) / plain, [0.5, 0.9])
-        print(f"    cost: {more:.1f} ms more, {ratios[0]:.0%} of the job without (nine in ten below {ratios[1]:.0%})")
+        where = f"{'one motion' if motions == 1 else 'more'}: {more:.1f} ms more, {ratios[0]:.0%} of the job without"
+        print(f"cost at points with {where} (nine in ten below {ratios[1]:.0%})")
     costs = [map_cost(seed) for seed in range(MAPS)]
     for without, within, text in costs:
         print(f"map {SIDE} x {SIDE}: {without:.2f} s, {within / without - 1.0:+.1%} with other starts; {text}")

@@ -18,8 +18,8 @@ POINT = {"oscillator": HAMMER, "omega": 1.5, "clearance": {"right": 1.1, "left":
 PATH = POINT | {"periods": 2, "transient_periods": 300}
 MAP = {
     "oscillator": HAMMER,
-    "omega": {"start": 1.3, "stop": 1.6, "points": 20},
-    "clearance": {"right": {"start": 0.9, "stop": 1.2, "points": 20}, "left": None},
+    "omega": {"start": 1.45, "stop": 1.55, "points": 20},
+    "clearance": {"right": {"start": 1.05, "stop": 1.2, "points": 20}, "left": None},
     "max_periods": 400,
 }
 
@@ -61,7 +61,8 @@ def test_a_map_from_rest_samples_other_starts_unless_it_is_told_not_to() -> None
     document, meta = computed("unfolding-maps", MAP | {"other_starts": 32})
     record = document["other_starts"]
     assert (record["starts"], record["points"]) == (32, 2)
-    assert codes(meta) == [OTHER_MOTIONS_IN_MAP] * bool(record["with_others"])
+    assert record["with_others"] > 0
+    assert codes(meta) == [OTHER_MOTIONS_IN_MAP]
     for seen in record["motions"]:
         shown = whole("trajectories", parse_request("trajectories", seen["request"]).canonical())
         assert shown["motion"]["label"] == seen["label"] != seen["from_rest"]

@@ -71,7 +71,9 @@ def test_without_a_known_motion_nothing_is_compared():
 
 
 def test_a_map_counts_points_at_which_single_trajectories_have_other_motions():
-    plane = Plane.of(HAMMER, np.linspace(1.3, 1.6, 30), np.stack([np.linspace(0.9, 1.2, 20), np.full(20, np.inf)], 1))
+    plane = Plane.of(
+        HAMMER, np.linspace(1.45, 1.55, 30), np.stack([np.linspace(1.05, 1.2, 20), np.full(20, np.inf)], 1)
+    )
     outcome = other_motions_of_map(plane, 32, seed=1)
     assert outcome is not None
     assert outcome.points == 600 // MAP_POINTS_A_SAMPLE
