@@ -39,7 +39,7 @@ WIDTHS = (1.0, 3.0)  # in units of the stops
 MOST_SAID_OF_ONE = 0.02
 LEAST_SAID_OF_TWO = 0.9
 MOST_COST_OF_MAP = 0.1
-MAPS, SIDE = 6, 64
+MAPS, SIDE = 6, 80
 MOST_DRAWN = 20  # points for each one that is wanted
 Key = tuple[Any, ...]
 
@@ -169,8 +169,9 @@ def map_cost(seed: int) -> tuple[float, float, str]:
     if not isinstance(point.clearance, float):
         body["vertical"]["vary"], body["clearance"] = "clearance_right", {"left": None}
     request = UnfoldingMapsRequest.checked(body)
-    without, _ = timed(request.model_copy(update={"other_starts": 0}), 2)
-    within, (document, _) = timed(request, 2)
+    plain = request.model_copy(update={"other_starts": 0})
+    timed(plain.model_copy(update={"max_periods": 1}), 1)  # its kernels are loaded
+    (without, _), (within, (document, _)) = timed(plain, 2), timed(request, 2)
     outcome = document["other_starts"]
     return without, within, f"{outcome['with_others']} of {outcome['points']} sampled points have others"
 

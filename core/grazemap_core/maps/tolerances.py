@@ -281,9 +281,9 @@ OTHER_STARTS_KNOCK: Final = 3.0
 """Velocities of every other start of that sample, over those of the states of an ensemble: some motions are reached by
 knocks mostly, others hardly (`make two-motions`)."""
 
-MAP_POINTS_A_SAMPLE: Final = 200
-"""Points of a map for each one that is in the sample of `other_starts`: such a point takes as long as some ten of the
-map, because its trajectories share tables with no others."""
+MAP_POINTS_A_SAMPLE: Final = 2000
+"""Points of a map for each one that is in the sample of `other_starts`: such a point takes as long as up to two hundred
+of the map, where these settle at once, because its trajectories share tables with no others."""
 
 MOST_SAMPLED_POINTS: Final = 64
 """Points of that sample at most: a motion that is stable on a twentieth of the map is seen with probability 0.96."""

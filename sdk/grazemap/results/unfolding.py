@@ -223,7 +223,7 @@ class UnfoldingMap(
     chance_to_settle: ChanceToSettle | None = field(CHANCE, when="of maps with chaotic points")
     other_starts: OtherStartsOfMap | None = field(
         "What other starts lead to at a sample of the points.",
-        when="of maps from rest with 200 points or more that are not previews",
+        when="of maps from rest with 2000 points or more that are not previews",
         variable=None,
     )
 

@@ -256,6 +256,12 @@ _MAPS: dict[str, dict[str, Body]] = {
         },
     },
     "unfolding-maps": {
+        "other starts": {
+            "oscillator": {**ONE, "damping": 0.04},
+            "omega": {"start": 1.45, "stop": 1.55, "points": 50},
+            "clearance": {"right": {"start": 1.05, "stop": 1.2, "points": 80}, "left": None},
+            "max_periods": 300,
+        },
         "chain": MAP,
         "sweep": {**MAP, "policy": "sweep-down", "oscillator": {"restitution": 0.6}, "max_periods": 200},
         "ensemble": {

@@ -18,8 +18,8 @@ POINT = {"oscillator": HAMMER, "omega": 1.5, "clearance": {"right": 1.1, "left":
 PATH = POINT | {"periods": 2, "transient_periods": 300}
 MAP = {
     "oscillator": HAMMER,
-    "omega": {"start": 1.45, "stop": 1.55, "points": 20},
-    "clearance": {"right": {"start": 1.05, "stop": 1.2, "points": 20}, "left": None},
+    "omega": {"start": 1.45, "stop": 1.55, "points": 64},
+    "clearance": {"right": {"start": 1.05, "stop": 1.2, "points": 64}, "left": None},
     "max_periods": 400,
 }
 

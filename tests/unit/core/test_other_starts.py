@@ -72,16 +72,16 @@ def test_without_a_known_motion_nothing_is_compared():
 
 def test_a_map_counts_points_at_which_single_trajectories_have_other_motions():
     plane = Plane.of(
-        HAMMER, np.linspace(1.45, 1.55, 30), np.stack([np.linspace(1.05, 1.2, 20), np.full(20, np.inf)], 1)
+        HAMMER, np.linspace(1.45, 1.55, 80), np.stack([np.linspace(1.05, 1.2, 60), np.full(60, np.inf)], 1)
     )
     outcome = other_motions_of_map(plane, 32, seed=1)
     assert outcome is not None
-    assert outcome.points == 600 // MAP_POINTS_A_SAMPLE
+    assert outcome.points == 4800 // MAP_POINTS_A_SAMPLE
     for seen in outcome.seen:
         at_point = other_motions(*plane.at_point(seen.row, seen.column), 32, seed=1)
         assert seen.other.starts in [other.starts for other in at_point.motions]
         assert seen.given.impacts_right != seen.other.motion.impacts_right
     assert outcome.points_with_others > 0
     assert sum(seen.points for seen in outcome.seen) >= outcome.points_with_others
-    small = Plane.of(HAMMER, np.linspace(1.3, 1.6, 10), np.linspace(0.9, 1.2, 19))
+    small = Plane.of(HAMMER, np.linspace(1.3, 1.6, 40), np.linspace(0.9, 1.2, 49))
     assert other_motions_of_map(small, 32) is None
