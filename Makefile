@@ -29,7 +29,7 @@ STACKS := tests/system/chaos
 TEST_CACHE := .cache/grazemap
 WITH_KERNELS := test test-portable digests digests-all thorough general hardware verify beside-borders chaotic-transients \
 	long-transients one-period resolve memory chaos executors fairness unfair first-window load small-questions estimates planes \
-	proofs mutants browser languages resonance tolerance-sizes
+	proofs mutants browser languages resonance tolerance-sizes two-motions
 $(WITH_KERNELS): export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 $(WITH_KERNELS): export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 $(WITH_KERNELS) kernels-of-lanes other-kernels: | $(TEST_CACHE)/kernels
@@ -215,6 +215,9 @@ long-transients: $(STAMP)  #: how many of 500 long transients that double precis
 
 one-period: kernels $(STAMP)  #: ten machines as harmonic p at omega and harmonic 1 at p omega, every process (ten minutes)
 	$(BIN)/python -m tests.slow.one_period
+
+two-motions: kernels $(STAMP)  #: how often results from rest tell of another stable motion, and at what cost (fifteen minutes)
+	$(BIN)/python -m tests.slow.two_motions
 
 tolerance-sizes: $(STAMP)  #: sizes in tolerances modules that no bound gives, measured on fifty random systems (ten minutes)
 	$(BIN)/python -m tests.slow.tolerance_sizes 50

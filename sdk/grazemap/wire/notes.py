@@ -21,6 +21,11 @@ if TYPE_CHECKING:
 else:
     np = Later("numpy")
 
+OTHER_MOTIONS = "other-motions"
+"""The code of the note of a result at a point that other stable motions were seen."""
+OTHER_MOTIONS_IN_MAP = "other-motions-in-map"
+"""The code of that note of a map."""
+
 Span = tuple[float, float]
 # Frequencies at which the grazing curve is looked at, besides the natural ones.
 _SAMPLES = 257

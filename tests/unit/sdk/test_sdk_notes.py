@@ -13,9 +13,11 @@ from grazemap import cli
 from grazemap.client.messages import warn_about
 from grazemap.codec import decode_npz, encode_npz
 from grazemap.errors import ParameterError, RequestWarning
-from grazemap.results import decode_result
+from grazemap.results import decode_result, load
+from grazemap.results.record import changed
 from grazemap.wire import Note, Oscillator, notes_on, parse_request, unstated
 from grazemap.wire.linear import matrices, steady_amplitude
+from grazemap.wire.notes import OTHER_MOTIONS
 from tests.support.sdk_documents import npz
 
 SI = {"units": "SI", "masses": [2.0], "stiffnesses": [800.0], "damping": 0.001, "forcing": [12.0]}
@@ -378,6 +380,34 @@ def test_a_result_has_the_notes_of_its_meta(service, client):
 def _with_notes() -> bytes:
     document, meta = decode_npz(npz("unfolding-maps"))
     return encode_npz(document, meta | {"notes": [{"code": "x", "detail": "here"}]})
+
+
+def _with_other_motion() -> bytes:
+    motion = {"label": "1-1r-1l", "starts": 37, "request": {"omega": 0.29, "clearance": 1.6, "periods": 2}}
+    names = {"period": 1, "impacts_right": 1, "impacts_left": 1, "symmetric": True}
+    figures = {"multiplier": 0.6, "least_impact_velocity": 0.03}
+    record = {"starts": 64, "settled": 64, "motions": [motion | names | figures]}
+    document, meta = decode_npz(npz("trajectories", {"other_starts": record}))
+    return encode_npz(document, meta | {"notes": [{"code": OTHER_MOTIONS, "detail": "others live here"}]})
+
+
+def test_a_client_warns_of_other_motions_when_the_result_arrives(service, client, tmp_path):
+    point = {"omega": 0.29, "clearance": 1.6, "periods": 2, "other_starts": 64}
+    job = client.submit("trajectories", point)
+    job.wait()
+    service.results[job.id] = _with_other_motion()
+    with pytest.warns(RequestWarning, match="others live here") as caught:
+        result = job.result()
+    assert caught[0].message.code == OTHER_MOTIONS
+    if type(client).__name__ == "Client":
+        assert caught[0].filename == __file__
+    assert "1-1r-1l (37 of 64)" in repr(result)
+    (motion,) = result.other_starts.motions
+    assert motion.request == {"omega": 0.29, "clearance": 1.6, "periods": 2}
+    for name in ("path.json", "path.npz"):
+        again = load(result.save(tmp_path / name)).other_starts
+        assert (str(again), again.motions[0].request) == (str(result.other_starts), motion.request)
+    assert "no other motion" in str(changed(result.other_starts, motions=()))
 
 
 def test_three_numbers_in_a_tuple_are_refused_with_the_way_to_write_them(client, service):
