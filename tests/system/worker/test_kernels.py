@@ -166,7 +166,7 @@ def test_the_wait_for_a_step_gets_shorter_with_each_component(
     now[0] += 5.0
     assert kernels.waits()["maps"] == COMPONENT_SECONDS["lockstep"] - 5.0
     now[0] += 100.0
-    assert kernels.waits()["maps"] == 0.0
+    assert kernels.waits()["maps"] == 0.25 * 105.0  # what takes longer than usual takes longer still
     end(kernels)
 
 

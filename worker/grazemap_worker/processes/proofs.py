@@ -30,7 +30,9 @@ def compute(request: ProofsRequest, report: Report) -> ClassDocument:
     except ModuleNotFoundError as error:
         if error.name != "flint":
             raise
-        raise ParameterError("statement", "cannot be proven here, where python-flint is not installed") from None
+        raise ParameterError(
+            "statement", 'cannot be proven here, where python-flint is not installed: pip install "grazemap[proofs]"'
+        ) from None
 
     oscillator, limit = core_oscillator(request.oscillator), request.time_limit
     steps, ended = run_limited(limit, lambda: attempts(oscillator, statement(request), request.digits))

@@ -45,6 +45,8 @@ from grazemap_worker.system import available_cores, tied
 _MAX_TRIES = 3
 _MAX_PROCESSES = 2
 # A component that took a smaller share of its usual time was compiled by another stack, or most of its kernels were.
+# The share of the time spent on a component that it takes at least from now on.
+_OVERDUE = 0.25
 _CACHED_SHARE = 0.3
 # The lowest priority: questions are answered, and tiles are computed, before kernels are compiled.
 _NICENESS = 19
@@ -160,13 +162,16 @@ class Kernels:
 
     def waits(self) -> dict[str, float]:
         """Return for each step that is not ready in how many seconds it usually is, if it is wanted now."""
-        pace = self._took / self._usual if self._usual else 1.0
-        done: dict[str, float] = {}
+        now, done = time.monotonic(), dict[str, float]()
+        running = [compiler for compiler in self._compilers.values() if compiler.components]
+        overdue = [(now - compiler.began) / COMPONENT_SECONDS[compiler.components[0]] for compiler in running]
+        pace = max(self._took / self._usual if self._usual else 1.0, *overdue, 0.0)
         free = [0.0] * (min(_MAX_PROCESSES, available_cores()) - len(self._compilers))
         for compiler in self._compilers.values():
-            after, spent = 0.0, time.monotonic() - compiler.began
+            after, spent = 0.0, now - compiler.began
             for component in compiler.components:
-                after += max(pace * COMPONENT_SECONDS[component] - spent, 0.0)
+                # what takes longer than usual takes longer still
+                after += max(pace * COMPONENT_SECONDS[component] - spent, _OVERDUE * spent)
                 done[component], spent = after, 0.0
             free.append(after)
         waits: dict[str, float] = {}
