@@ -54,12 +54,7 @@ class Trajectory(Observed, Result, process="trajectories", rows="time"):
         summary = f"{counted(self.impacts, 'impact')}, motion {self.motion.label or self.motion.kind}"
         if self.other_starts is not None:
             return f"{summary}, {self.other_starts}"
-        # a list of states is a sample of starts itself
-        return (
-            f"{summary} from its start; other_starts=64 tries others"
-            if "other_starts" in self.meta["request"]
-            else summary
-        )
+        return f"{summary} from its start; other_starts=64 tries others"
 
 
 class Trajectories(Result, process="trajectories"):
