@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from grazemap.codec import Document
 from grazemap.colours import COLOURED, OTHER, colours_of_map
 from grazemap.described import described
-from grazemap.results.base import Result, counted, counted_points, outside, value_of
+from grazemap.results.base import Result, counted, counted_points, outside, quantities, value_of
 from grazemap.results.common_records import CHANCE, ChanceToSettle, Common, InferredWrong, MotionShare
 from grazemap.results.curves import BifurcationCurves, PlaneCurve
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve, StopGrazingCurves
@@ -293,14 +293,16 @@ class UnfoldingMap(
             return dict(self.schema.roles)
         return dict(zip(("horizontal", "vertical"), self.parameters, strict=True))
 
-    def at(self, horizontal: float, vertical: float) -> MapPoint:
+    def at(self, horizontal: float | str, vertical: float | str) -> MapPoint:
         """Return the point of the grid that is nearest to a place, such as an omega and a clearance.
 
-        Raises ValueError for a place outside the map.
+        In SI these may be texts with a unit, as "8 Hz" and "5 mm". Raises ValueError for a place outside the map.
         """
         across, up = self.parameters
-        column = _nearest(across, self.horizontal, horizontal, self.units)
-        row = _nearest(up, self.vertical, vertical, self.units)
+        right = quantities(horizontal, across, self.units).item()
+        high = quantities(vertical, up, self.units).item()
+        column = _nearest(across, self.horizontal, right, self.units)
+        row = _nearest(up, self.vertical, high, self.units)
         place = float(self.horizontal[column]), float(self.vertical[row])
         kind = self.kinds[self.kind[row, column]]
         period = int(self.period[row, column])
@@ -323,19 +325,23 @@ class UnfoldingMap(
             bool(self.verified[row, column]),
             self.reasons[self.reason[row, column]],
             self.computed is None or bool(self.computed[row, column]),
-            place[0] - float(horizontal),
-            place[1] - float(vertical),
+            place[0] - right,
+            place[1] - high,
             request,
             parameters.omega,
             clearance,
         )
 
     def zoom(
-        self, horizontal: tuple[float, float], vertical: tuple[float, float], shape: tuple[int, int] | None = None
+        self,
+        horizontal: tuple[float | str, float | str],
+        vertical: tuple[float | str, float | str],
+        shape: tuple[int, int] | None = None,
     ) -> dict[str, Any]:
         """Return the keywords with which `client.unfolding_map` computes a part of the map, with the same settings.
 
-        `shape` is (vertical points, horizontal points); left out: that of this map.
+        The ends of the part are numbers, or in SI also texts, as for `at`. `shape` is (vertical points, horizontal
+        points); left out: that of this map.
         """
         across, up = self.parameters
         axes = {"horizontal": (across, *horizontal), "vertical": (up, *vertical)}

@@ -561,12 +561,49 @@ def test_a_place_in_a_map_has_the_label_of_the_nearest_point_and_a_request_for_i
     assert (free.label, free.request) == ("1-(-1)r-(-1)l", None)
     with pytest.raises(ValueError, match=r"omega = 0\.4 is outside the map, which has 0\.2 to 0\.3"):
         umap.at(0.4, 1.5)
-    oscillator = {**umap.meta["request"]["oscillator"], "units": "SI"}
-    umap.meta["request"] = {**umap.meta["request"], "oscillator": oscillator}
+    in_si(umap)
     with pytest.raises(ValueError, match=r"omega = 0\.4 rad/s .* has 0\.2 to 0\.3 rad/s, 0\.0318\d* to 0\.0477\d* Hz"):
         umap.at(0.4, 1.5)
     with pytest.raises(ValueError, match=r"clearance = 2 m is outside the map, .* 1\.5 to 1\.6 m, 1500 to 1600 mm"):
         umap.at(0.2, 2.0)
+
+
+def in_si(result):
+    """Return a result as if its machine were in SI."""
+    request = result.meta["request"]
+    result.meta["request"] = {**request, "oscillator": {**request["oscillator"], "units": "SI"}}
+    return result
+
+
+def test_places_of_a_map_in_si_are_texts_with_units_as_in_a_request(client, service):
+    umap = in_si(result_of("unfolding-maps"))
+    hertz, millimetres = f"{0.21 / (2.0 * np.pi)!r} Hz", "1580 mm"
+    named, point = umap.at(hertz, millimetres), umap.at(0.21, 1.58)
+    assert (named.omega, named.clearance, named.label) == (point.omega, point.clearance, point.label)
+    assert named.horizontal_offset == pytest.approx(point.horizontal_offset, abs=1e-15)
+    client.unfolding_map(**umap.zoom((hertz, "0.24 rad/s"), ("1520 mm", "1.7 m")), progress=False)
+    (job,) = service.jobs.values()
+    assert job["request"]["horizontal"]["values"]["start"] == pytest.approx(0.21, rel=1e-15)
+    assert job["request"]["vertical"]["values"] == {"start": 1.52, "stop": 1.7, "points": 2}
+    for place, named in (((hertz, "5 Hz"), "clearance"), (("fast", 1.6), "omega")):
+        with pytest.raises(ValueError, match=f"^{named}: "):
+            umap.at(*place)
+    with pytest.raises(ValueError, match="nondimensional"):
+        result_of("unfolding-maps").at(hertz, 1.6)
+
+
+def test_frequencies_of_a_curve_in_si_are_texts_with_units_as_in_a_request():
+    curve = in_si(result_of("grazing-curves"))
+    texts = [f"{omega / (2.0 * np.pi)!r} Hz" for omega in (0.2000001, 0.29)]
+    np.testing.assert_allclose(curve.at(texts), curve.at([0.2000001, 0.29]), rtol=1e-12)
+    np.testing.assert_array_equal(curve.at(np.array(texts)), curve.at(texts))
+    assert curve.at(texts[1]).shape == ()
+    for omega in ([texts[0], 0.29], "5 mm", "fast"):
+        with pytest.raises(ValueError, match=r"^omega: "):
+            curve.at(omega)
+    points = in_si(result_of("codimension-two-points"))
+    drawn = [points.plot_unfolding(omega=omega).get_xlim() for omega in (texts, (0.2000001, 0.29))]
+    assert drawn[0] == pytest.approx(drawn[1])
 
 
 def test_a_part_of_a_map_is_asked_for_with_the_settings_of_the_map(client, service):
