@@ -8,6 +8,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -41,6 +42,10 @@ _MARGIN = (
     "from the steady motion, 0 on its grazing curve; null for an absent stop. That motion exists without impacts where "
     "no margin is negative."
 )
+# Part of the distance to an orbit that remains when a trajectory is closed.
+_CLOSED = 1e-10
+# Forcing periods that take a second or so; a service may allow no more.
+_MOST_TRANSIENT_PERIODS = 100_000
 _PLANE_FIELDS = ("oscillator", "omega", "clearance", "horizontal", "vertical")
 
 if TYPE_CHECKING:
@@ -315,7 +320,7 @@ class UnfoldingMap(
                 "oscillator": parameters.oscillator.model_dump(),
                 "omega": parameters.omega,
                 "clearance": clearance,
-                "transient_periods": settings["max_periods"],
+                "transient_periods": max(settings["max_periods"], self._closed_after(row, column)),
                 "max_period": settings["max_period"],
             }
         return MapPoint(
@@ -331,6 +336,17 @@ class UnfoldingMap(
             parameters.omega,
             clearance,
         )
+
+    def _closed_after(self, row: int, column: int) -> int:
+        """Return the forcing periods until the trajectory of a point is closed to round-off; 0 where nothing tells.
+
+        A map solves for the orbit long before, as near a bifurcation, and `periodic_orbit` waits until then.
+        """
+        multiplier = np.nan if self.multiplier is None else float(self.multiplier[row, column])
+        if not 0.0 < multiplier < 1.0:
+            return 0
+        decay = int(self.period[row, column]) * math.log(_CLOSED) / math.log(multiplier)
+        return min(int(self.settled_after[row, column]) + math.ceil(decay), _MOST_TRANSIENT_PERIODS)
 
     def zoom(
         self,

@@ -606,6 +606,14 @@ def test_frequencies_of_a_curve_in_si_are_texts_with_units_as_in_a_request():
     assert drawn[0] == pytest.approx(drawn[1])
 
 
+@pytest.mark.parametrize(("multiplier", "closed"), [(0.5, 0), (0.995, 4600), (1.0 - 1e-9, 1e5), (np.nan, 0), (1.01, 0)])
+def test_the_orbit_of_a_point_is_looked_for_when_its_trajectory_has_closed(multiplier, closed):
+    umap = result_of("unfolding-maps", {"multiplier": np.full((2, 3), multiplier)})
+    periods = umap.at(0.2, 1.6).request["transient_periods"]
+    assert periods >= max(1000, closed)
+    assert multiplier**periods <= 1e-10 or closed in (0, periods)
+
+
 def test_a_part_of_a_map_is_asked_for_with_the_settings_of_the_map(client, service):
     umap = result_of("unfolding-maps")
     client.unfolding_map(**umap.zoom((0.22, 0.24), (1.52, 1.7)), progress=False)
