@@ -459,6 +459,7 @@ class UnfoldingMap(
             f"{len(self.vertical)} x {len(self.horizontal)} points{computed}",
             counted(self.motions(), "motion"),
             f"{share:.1%} of the periodic points verified",
+            counted_points(self.kind == self._code("unresolved"), "unresolved"),
             counted_points(self.sensitive, "sensitive"),
         ]
         parts += [] if self.resolved is None else [f"{np.count_nonzero(self.resolved)} resolved in more digits"]

@@ -119,6 +119,7 @@ def test_json_is_strict_and_writes_nan_as_null(tmp_path):
     [
         ("periodic-orbits", {"converged": False, "reason": "no motion with these stops"}, "no motion with these stops"),
         (RESTED, {}, "<PeriodicOrbit: 1-1r-1l, stable, by simulation>"),
+        ("unfolding-maps", {}, "2 unresolved (33.33%)"),
         (MOTIONS, {}, "<BifurcationCurves: 2 pieces of curves, 1 motion not found>"),
         (MANY, {}, "<Trajectories: 3 trajectories: 2 x unresolved, 1 x 1-1r-1l>"),
         ("bifurcation-diagrams", {}, "<BifurcationDiagram: 2 values of clearance, 1 sensitive>"),
