@@ -29,7 +29,7 @@ STACKS := tests/system/chaos
 TEST_CACHE := .cache/grazemap
 WITH_KERNELS := test test-portable digests digests-all thorough general hardware verify beside-borders chaotic-transients \
 	long-transients one-period resolve memory chaos executors fairness unfair first-window load small-questions estimates planes \
-	proofs mutants browser languages resonance tolerance-sizes
+	proofs mutants browser languages resonance tolerance-sizes two-motions
 $(WITH_KERNELS): export GRAZEMAP_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)
 $(WITH_KERNELS): export NUMBA_CACHE_DIR = $(CURDIR)/$(TEST_CACHE)/kernels/numba
 $(WITH_KERNELS) kernels-of-lanes other-kernels: | $(TEST_CACHE)/kernels
@@ -216,6 +216,9 @@ long-transients: $(STAMP)  #: how many of 500 long transients that double precis
 one-period: kernels $(STAMP)  #: ten machines as harmonic p at omega and harmonic 1 at p omega, every process (ten minutes)
 	$(BIN)/python -m tests.slow.one_period
 
+two-motions: kernels $(STAMP)  #: how often results from rest tell of another stable motion, and at what cost (fifteen minutes)
+	$(BIN)/python -m tests.slow.two_motions
+
 tolerance-sizes: $(STAMP)  #: sizes in tolerances modules that no bound gives, measured on fifty random systems (ten minutes)
 	$(BIN)/python -m tests.slow.tolerance_sizes 50
 
@@ -267,7 +270,7 @@ kernels-wheel: $(RUN_STAMP)  #: into dist/ the wheel, and that of the kernels, c
 	$(BIN)/python -m hatchling build -t wheel -d dist
 	$(BIN)/python tools/kernels_wheel.py dist
 
-release-check: $(TOOLS_STAMP)  #: build what is published, into dist/, and check it: metadata, contents, versions (a minute)
+release-check: $(TOOLS_STAMP) $(GUIDE)  #: build what is published, into dist/, and check it: metadata, contents, versions (a minute)
 	$(BIN)/python -m tools.release_check $(if $(TAG),--tag $(TAG))
 
 estimates: $(STAMP)  #: the processor time of random requests of every process, over its estimate (ten minutes)
@@ -344,7 +347,7 @@ languages: kernels chromium $(TOOLS_STAMP)  #: the examples in other languages; 
 	cd $(TYPESCRIPT) && npm install --no-audit --no-fund
 	$(BIN)/python -m pytest tests/system/integration/test_languages.py tests/system/browser/test_page_of_another_host.py
 
-browser: kernels chromium $(TOOLS_STAMP)  #: test the pages in headless Chromium; installs Debian's chromium if it is missing
+browser: kernels chromium $(TOOLS_STAMP) $(GUIDE)  #: test the pages in headless Chromium; installs Debian's chromium if it is missing
 	$(BIN)/python -m pytest tests/system/browser
 
 lock: $(TOOLS_STAMP)  #: pin the newest version of every dependency, with hashes

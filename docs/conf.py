@@ -17,6 +17,7 @@ html_favicon = "../service/grazemap_service/static/icon.svg"
 html_copy_source = False
 html_show_copyright = False
 html_show_sphinx = False
+html_use_index = False
 html_css_files = ["guide.css"]
 html_static_path = ["static"]
 # what no page shows, and readers may want

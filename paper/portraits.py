@@ -29,8 +29,8 @@ def portraits(samples: Sequence[Sample]) -> Axes:
     for ax in panels.flat[len(samples) :]:
         ax.set_axis_off()
     _legend(panels.flat[len(samples)])
-    figure.supxlabel(axis_label("displacement", "nondimensional").text, fontsize=10)
-    figure.supylabel(axis_label("velocity", "nondimensional").text, fontsize=10)
+    figure.supxlabel(axis_label("displacement", "nondimensional").text(), fontsize=10)
+    figure.supylabel(axis_label("velocity", "nondimensional").text(), fontsize=10)
     figure.suptitle(rf"Figure 9: phase portraits of mass 1, $\omega$ = {samples[0].omega:g}", fontsize=11)
     first: Axes = panels.flat[0]
     return first

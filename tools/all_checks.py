@@ -41,6 +41,7 @@ TARGETS = (
     "chaotic-transients",
     "long-transients",
     "one-period",
+    "two-motions",
     "tolerance-sizes",
     "resolve",
     "memory",

@@ -29,6 +29,7 @@ from tools import conda_recipe
 
 ROOT = Path(__file__).parents[1]
 DIST = ROOT / "dist"
+GUIDE = "service/grazemap_service/guide"
 _ADDRESS = re.compile(r"[a-z]+:|#")
 
 
@@ -91,6 +92,18 @@ def tracked(*folders: str) -> set[str]:
     return set(_run(["git", "ls-files", "-z", *folders], ROOT).split("\0")) - {""}
 
 
+def guide() -> set[str]:
+    """Return the files of the guide; none where it was not built."""
+    return {str(path.relative_to(ROOT)) for path in (ROOT / GUIDE).rglob("*") if path.is_file()}
+
+
+def check_guide() -> str:
+    """Look for the guide, which the wheel carries."""
+    if f"{GUIDE}/index.html" not in guide():
+        raise CheckFailed("it was not built: run `make guide`")
+    return f"{len(guide())} files"
+
+
 def check_wheel(wheel: Path) -> str:
     """Compare what the wheel holds with the files of the packages."""
     folders = [
@@ -100,6 +113,7 @@ def check_wheel(wheel: Path) -> str:
         ]["packages"]
     ]
     expected = {str(Path(name).relative_to(folder.parent)) for folder in folders for name in tracked(folder.as_posix())}
+    expected |= {name.partition("/")[2] for name in guide()}
     with zipfile.ZipFile(wheel) as archive:
         held = set(archive.namelist())
     described = f"grazemap-{version()}.dist-info"
@@ -111,7 +125,7 @@ def check_sdist(sdist: Path) -> str:
     """Compare what the source distribution holds with the files of the repository."""
     with tarfile.open(sdist) as archive:
         held = {member.name.partition("/")[2] for member in archive if member.isfile()}
-    return _same(tracked() | {"PKG-INFO"}, held)
+    return _same(tracked() | guide() | {"PKG-INFO"}, held)
 
 
 def check_rebuilt(sdist: Path, wheel: Path) -> str:
@@ -218,7 +232,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     outcomes = [passed("versions", check_versions)]
     if options.tag:
         outcomes.append(passed("tag", lambda: check_tag(options.tag)))
-    outcomes.append(passed("conda recipe", check_recipe))
+    outcomes += [passed("conda recipe", check_recipe), passed("guide", check_guide)]
     shutil.rmtree(DIST, ignore_errors=True)
     files: list[Path] = []
 

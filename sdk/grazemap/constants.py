@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from typing import Final
+from typing import Final, Literal, get_args
 
 DEFAULT_BASE_URL: Final = "http://127.0.0.1:8000"
 API_PREFIX: Final = "/v1"
@@ -53,12 +52,17 @@ LOCAL_STOP_TIMEOUT: Final = 10.0
 
 # Units of parameters in SI.
 UNITS: Final = {"omega": "rad/s", "clearance": "m", "clearance_right": "m", "clearance_left": "m"}
-# Engineering unit and conversion factor, by SI unit.
-ENGINEERING_UNITS: Final = {"rad/s": ("Hz", 1.0 / (2.0 * math.pi)), "m": ("mm", 1e3)}
+# The units of machines, which go together.
+ENGINEERING_UNITS: Final = ("Hz", "mm")
 
 # Every number of a request is 0, or has a modulus between these, in any unit.
 SMALLEST_NUMBER: Final = 1e-60
 LARGEST_NUMBER: Final = 1e60
+
+# The endings of files that pictures are written to, and the styles of pictures, the default first.
+PICTURE_FILES: Final = (".png", ".svg", ".pdf")
+PictureStyle = Literal["screen", "column"]
+PICTURE_STYLES: Final[tuple[PictureStyle, ...]] = get_args(PictureStyle)
 
 # The endings of files that tables are written to.
 TABLE_FILES: Final = (".csv", ".xlsx", ".parquet")

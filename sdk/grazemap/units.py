@@ -1,4 +1,6 @@
-"""Units in numbers: frequencies in Hz, rpm or rad/s, lengths in mm or m. A request has rad/s and m.
+"""Units in numbers: frequencies in Hz, rpm or rad/s, lengths in mm or m. A request and its result have rad/s and m.
+
+The units that are written in a request are those in which its result is shown.
 
 >>> in_si({"omega": ["9 Hz", "1200 rpm"], "clearance": {"right": "0.5 mm"}}, "SI", [])
 {'omega': [56.548667764616276, 125.66370614359172], 'clearance': {'right': 0.0005}}
@@ -8,7 +10,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from numbers import Real
 from typing import Any, NamedTuple
 
@@ -42,7 +44,32 @@ class Refused(NamedTuple):
     """What is allowed."""
 
 
-def in_si(value: Any, units: object, refused: list[Refused], name: str = "", pointer: str = "") -> Any:
+class Shown:
+    """The units in which numbers of a request are written, for its result."""
+
+    def __init__(self) -> None:
+        self._by_unit: dict[str, str] = {}  # by the unit in SI
+
+    def write(self, name: str, units: Iterable[str]) -> None:
+        """Take the units, "" for none, of the numbers in a field. The first unit that is not that of SI counts."""
+        unit = FIELD_UNITS[name]
+        for written in units:
+            if self._by_unit.get(unit, unit) == unit:
+                self._by_unit[unit] = written or unit
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """The units to show other than those of SI; with Hz or rpm, mm for lengths of which none is written."""
+        shown = dict(self._by_unit)
+        if any(written != unit for unit, written in shown.items()):
+            for engineering in ENGINEERING_UNITS:
+                shown.setdefault(si_unit(engineering), engineering)
+        return tuple(written for unit, written in shown.items() if written != unit)
+
+
+def in_si(
+    value: Any, units: object, refused: list[Refused], name: str = "", pointer: str = "", shown: Shown | None = None
+) -> Any:
     """Return the fields of a request with the texts of numbers with a unit, as "4.2 mm", replaced by numbers.
 
     Parameters
@@ -58,22 +85,26 @@ def in_si(value: Any, units: object, refused: list[Refused], name: str = "", poi
         The field that has the value.
     pointer : str
         JSON pointer of the value.
+    shown : Shown, optional
+        Receives the units of the numbers.
     """
     if isinstance(value, Mapping):
         varies = str(value.get("vary") or value.get("quantity") or name).partition("[")[0]
         _refuse_mixed([value.get("start"), value.get("stop")], name, units, refused, pointer)
         names: dict[Any, str] = {**dict.fromkeys(_OF_THE_FIELD_AROUND, name), **dict.fromkeys(OF_WHAT_VARIES, varies)}
         return {
-            key: in_si(item, units, refused, names.get(key) or str(key), f"{pointer}/{key}")
+            key: in_si(item, units, refused, names.get(key) or str(key), f"{pointer}/{key}", shown)
             for key, item in value.items()
         }
     if isinstance(value, list | tuple):
         _refuse_mixed(value, name, units, refused, pointer)
-        converted = [in_si(item, units, refused, name, f"{pointer}/{place}") for place, item in enumerate(value)]
+        converted = [in_si(item, units, refused, name, f"{pointer}/{place}", shown) for place, item in enumerate(value)]
         return tuple(converted) if isinstance(value, tuple) else converted
-    if not isinstance(value, str) or name not in FIELD_UNITS:
+    if name not in FIELD_UNITS:
         return value
-    match = _NUMBER.fullmatch(value.strip())
+    match = _NUMBER.fullmatch(value.strip()) if isinstance(value, str) else None
+    if shown is not None and (match or isinstance(value, int | float)):
+        shown.write(name, [match[2] if match else ""])
     if match is None or not match[2]:
         return value
     if reason := refusal(value, name, units):
@@ -86,7 +117,7 @@ def _refuse_mixed(numbers: Sequence[Any], name: str, units: object, refused: lis
     """Refuse numbers of which some have a unit and others, but 0, have none."""
     if units != "SI" or name not in FIELD_UNITS:
         return
-    with_units = any(isinstance(number, str) and any(_units(number.strip())) for number in numbers)
+    with_units = any(isinstance(number, str) and any(units_in(number.strip())) for number in numbers)
     if with_units and any(isinstance(number, Real) and number != 0 for number in numbers):
         refused.append(Refused(pointer, *_MIXED))
 
@@ -108,7 +139,7 @@ def refusal(text: str, name: str, units: object) -> tuple[str, str] | None:
     units : str
         "SI" or "nondimensional".
     """
-    number_units = _units(text)
+    number_units = units_in(text)
     allowed = _CONVERSIONS[FIELD_UNITS[name]]
     if not any(number_units):
         return None
@@ -125,9 +156,20 @@ def refusal(text: str, name: str, units: object) -> tuple[str, str] | None:
     return None
 
 
-def engineering(text: str) -> bool:
-    """Return whether the text of a flag has numbers in Hz or mm."""
-    return any(unit in _units(text) for unit, _ in ENGINEERING_UNITS.values())
+def si_unit(unit: str) -> str:
+    """Return the unit in SI of a unit in which numbers may be written. Raises ValueError for any other unit."""
+    for si, conversions in _CONVERSIONS.items():
+        if unit in conversions:
+            return si
+    allowed = ", ".join(unit for conversions in _CONVERSIONS.values() for unit in conversions)
+    raise ValueError(f"{unit!r} is no unit in which a result can be shown (allowed: {allowed})")
+
+
+def shown_in(unit: str, shown: Iterable[str]) -> tuple[str, float]:
+    """Return the unit in place of one in SI, of those that are shown, and the factor of its numbers."""
+    conversions = _CONVERSIONS.get(unit, {})
+    chosen = next((name for name in shown if name in conversions), unit)
+    return chosen, 1.0 / conversions[chosen](1.0) if chosen in conversions else 1.0
 
 
 def text_with_unit(text: str, unit: str) -> str:
@@ -156,7 +198,7 @@ def _replaced(text: str, replacement: Callable[[str, str], str]) -> str:
     )
 
 
-def _units(text: str) -> list[str]:
+def units_in(text: str) -> list[str]:
     """Return the unit of each number of a text ("": none), but not of the number of points of a range."""
     numbers = text.split(":")[:2] if ":" in text else [number for number in text.split(",") if number]
     return [match[2] if (match := _NUMBER.fullmatch(number)) else "" for number in numbers]

@@ -31,15 +31,15 @@ _NICENESS = 10
 _PREFIX = "grazemap: "
 
 
-def rendered(npz: bytes, form: str, table: str = "") -> bytes:
+def rendered(npz: bytes, form: str, variant: str = "") -> bytes:
     """Return a table or a picture of a stored result; this takes seconds.
 
     Parameters
     ----------
     form : str
         A key of `RENDERED_TYPES`.
-    table : str
-        The name of the table; without one, it is that which `Result.save` writes.
+    variant : str
+        The name of a table, or the style of a picture; without one, they are those of `Result.save` and `plot`.
 
     Raises
     ------
@@ -52,8 +52,8 @@ def rendered(npz: bytes, form: str, table: str = "") -> bytes:
         result.write_bytes(npz)
         is_table = output.suffix in TABLE_FILES
         options = ["show" if is_table else "plot", str(result), "-o", str(output)]
-        if is_table and table:
-            options.append(f"--table={table}")
+        if variant:
+            options.append(f"--{'table' if is_table else 'style'}={variant}")
         tie = tied()
 
         def begin() -> None:

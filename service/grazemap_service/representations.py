@@ -122,16 +122,16 @@ def is_fresh(if_none_match: str, etag: str) -> bool:
     return etag in re.findall(r'"[^"]*"', if_none_match)
 
 
-def cache_headers(digest: str, form: str, table: str = "") -> dict[str, str]:
-    """Return the headers of a representation of a result, or of a table, from the digest of the stored npz."""
-    name = f"{form}-{table}" if table else form
+def cache_headers(digest: str, form: str, variant: str = "") -> dict[str, str]:
+    """Return the headers of a representation of a result, or of a variant of it, from the digest of the stored npz."""
+    name = f"{form}-{variant}" if variant else form
     return {"ETag": f'"{digest}-{name}"', "Vary": "Accept", "Cache-Control": _CACHE_CONTROL}
 
 
-def render(npz: bytes, form: str, table: str = "") -> bytes:
-    """Return a stored result, or a table of it, in the requested form; this takes time for a large result."""
+def render(npz: bytes, form: str, variant: str = "") -> bytes:
+    """Return a stored result in the requested form, a `variant` of it; this takes time for a large result."""
     if form in RENDERED_TYPES:
-        return rendered(npz, form, table)
+        return rendered(npz, form, variant)
     return npz if form == "npz" else b"".join(iter_json(*_for_json(npz)))
 
 
@@ -187,7 +187,7 @@ class RepresentationCache:
         return sum(entry.size for entry in self._entries.values() if entry.users)
 
     async def acquire(
-        self, etag: str, form: str, size: int, load: Callable[[], bytes | None], table: str = ""
+        self, etag: str, form: str, size: int, load: Callable[[], bytes | None], variant: str = ""
     ) -> CachedRepresentation | None:
         """Return a representation, or None if the result is no longer stored.
 
@@ -203,8 +203,8 @@ class RepresentationCache:
             Bytes of the stored npz.
         load : callable
             Returns the stored npz, or None if it is no longer stored; may block.
-        table : str
-            The name of a table, in a form that is one.
+        variant : str
+            The name of a table, in a form that is one, or the style of a picture.
         """
         lock = self._locks.setdefault(etag, anyio.Lock())
         async with lock:
@@ -222,7 +222,7 @@ class RepresentationCache:
             if form == "json" and unpacked_size(npz) > LARGE_BYTES:
                 return await self._in_turn(etag, form, lambda: npz)
             limiter = self._drawing if drawn else self._limiter
-            return self._add(etag, await run_sync(_whole, npz, form, table, limiter=limiter))
+            return self._add(etag, await run_sync(_whole, npz, form, variant, limiter=limiter))
 
     async def _in_turn(self, etag: str, form: str, load: Callable[[], bytes | None]) -> CachedRepresentation | None:
         """Return a large representation, as soon as the representations being sent take at most `sent_bytes`."""
@@ -287,8 +287,8 @@ def _release_in(
         loop.call_soon_threadsafe(cache.release, representation)
 
 
-def _whole(npz: bytes, form: str, table: str) -> CachedRepresentation:
-    content = render(npz, form, table)
+def _whole(npz: bytes, form: str, variant: str) -> CachedRepresentation:
+    content = render(npz, form, variant)
     return CachedRepresentation(content, len(content))
 
 

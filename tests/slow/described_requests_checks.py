@@ -35,6 +35,7 @@ RELATIONS = (
     "sequence is of two equal stops",
     "a sweep (starts at rounded states|cannot be adaptive.*)",
     "an adaptive map is not resolved",
+    "other_starts are compared with .*",
     "observables and outputs are of motions that .*",
     "an observable is named twice",
     "an output has no row",

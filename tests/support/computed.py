@@ -11,7 +11,8 @@ from grazemap.codec import decode_npz, encode_npz
 from grazemap.results import VERSION, Result, schema_of
 from grazemap.results.base import decode_result
 from grazemap.results.basins import TILE_OF_BASINS
-from grazemap.wire import parse_request
+from grazemap.wire import ProcessRequest, parse_request
+from grazemap_worker.computation import Computation
 from grazemap_worker.processes import IMPLEMENTATIONS
 from tests.support.document_problems import problems
 
@@ -27,6 +28,13 @@ def whole(process: str, body: dict[str, Any]) -> dict[str, Any]:
     document = compute(parse_request(process, body), silent)
     assert problems(schema_of(process, document), document) == []
     return decode_npz(encode_npz(document, {}))[0]
+
+
+def as_job(request: ProcessRequest) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the document and the meta of a request, computed as a job is."""
+    computation = Computation.of(request)
+    count = computation.plan.tile_count if computation.has_tiles else 0
+    return decode_npz(computation.result([computation.tile(index).data for index in range(count)], silent).data)
 
 
 def tiled(process: str, body: dict[str, Any], *tile: int) -> dict[str, Any]:

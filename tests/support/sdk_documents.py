@@ -523,24 +523,25 @@ def document(sample: str) -> Document:
     return deepcopy(_DOCUMENTS[sample])
 
 
-def npz(sample: str, extra: dict[str, Any] | None = None) -> bytes:
+def npz(sample: str, extra: dict[str, Any] | None = None, units: str = "nondimensional") -> bytes:
     """Return a result as the service sends it, with some fields changed."""
-    return _encoded(sample, document(sample), extra or {})
+    return _encoded(sample, document(sample), extra or {}, units)
 
 
-def _encoded(sample: str, whole: Document, extra: Mapping[str, Any]) -> bytes:
+def _encoded(sample: str, whole: Document, extra: Mapping[str, Any], units: str = "nondimensional") -> bytes:
     process = sample.split()[0]
     kind = class_of(process, whole)
     encoded = document_of(kind, **whole)
+    request = parse_request(process, REQUESTS[sample]).canonical()
     meta = {
         "process": process,
         "schema": VERSION,
-        "request": parse_request(process, REQUESTS[sample]).canonical(),
+        "request": {**request, "oscillator": {**request["oscillator"], "units": units}},
         "core_version": "1",
         "numerics": {},
-        "units": "nondimensional",
+        "units": units,
         "notes": [],
-        "array_units": array_units(kind.schema, encoded, "nondimensional"),
+        "array_units": array_units(kind.schema, encoded, units),
     }
     return encode_npz({**encoded, **extra}, meta)
 
@@ -548,6 +549,11 @@ def _encoded(sample: str, whole: Document, extra: Mapping[str, Any]) -> bytes:
 def result_of(sample: str, extra: dict[str, Any] | None = None) -> Any:
     """Return the result that a client makes of it."""
     return decode_result(npz(sample, extra))
+
+
+def in_si(sample: str) -> Any:
+    """Return the result that a client makes of it, in SI."""
+    return decode_result(npz(sample, units="SI"))
 
 
 def result_like(kind: str, sizes: Mapping[str, int] | None = None, /, **fields: Any) -> Any:

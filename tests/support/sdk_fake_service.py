@@ -131,7 +131,10 @@ class FakeService:
             job["problem"] = {"type": "urn:x", "title": "Tile failed", "status": 500, "detail": "tile 3"}
         if self.ending == "successful":
             several, adaptive = isinstance(job["request"].get("initial"), list), job["request"].get("adaptive")
-            self.results[job["id"]] = npz(MANY if several else ADAPTIVE if adaptive else job["process"])
+            sample = MANY if several else ADAPTIVE if adaptive else job["process"]
+            self.results[job["id"]] = npz(
+                sample, units=job["request"].get("oscillator", {}).get("units", "nondimensional")
+            )
 
     def _events(self, job: dict[str, Any]) -> httpx2.Response:
         self.finish(job)

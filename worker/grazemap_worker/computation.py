@@ -105,7 +105,8 @@ class Computation:
         began = _processor_seconds()
         document = compute()
         took = _processor_seconds() - began
-        meta = {**self._meta, "notes": [note.model_dump() for note in notes_on(self.request)]}
+        notes = [*notes_on(self.request), *process.notes(self.request, document)]
+        meta = {**self._meta, "notes": [note.model_dump() for note in notes]}
         meta["array_units"] = array_units(class_of(self.process, document).schema, document, meta["units"])
         return Computed(encode_npz(document, meta), took, process.lasting(document))
 

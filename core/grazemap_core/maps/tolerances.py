@@ -272,3 +272,18 @@ CAPTURE_SPARE: Final = 6
 
 RESTING_DISTANCE: Final = 1e-12
 """Distance from a stop, in units of the stops, of a state that rests on it; no trajectory of a map starts there."""
+
+OTHER_STARTS_PERIODS: Final = 400
+"""Forcing periods after which a further start of a sample (`other_starts`) is given up: motions that are verified have
+mostly settled sooner, and chaotic ones never do."""
+
+OTHER_STARTS_KNOCK: Final = 3.0
+"""Velocities of every other start of that sample, over those of the states of an ensemble: some motions are reached by
+knocks mostly, others hardly (`make two-motions`)."""
+
+MAP_POINTS_A_SAMPLE: Final = 2000
+"""Points of a map for each one that is in the sample of `other_starts`: such a point takes as long as up to two hundred
+of the map, where these settle at once, because its trajectories share tables with no others."""
+
+MOST_SAMPLED_POINTS: Final = 64
+"""Points of that sample at most: a motion that is stable on a twentieth of the map is seen with probability 0.96."""

@@ -53,13 +53,15 @@ class CommandRequest:
         self._process, self._fields, self._texts = process, fields, texts
         self._body: dict[str, Any] = deepcopy(dict(fields))
         self._errors = [*errors]
+        self._shown = units.Shown()
+        units.in_si(fields, "SI", [], shown=self._shown)
         for flag in self._used:
             self._set(flag, texts[flag.place])
 
     @property
-    def engineering(self) -> bool:
-        """Whether a flag has numbers in Hz or mm."""
-        return any(units.engineering(text) for text in self._texts.values() if isinstance(text, str))
+    def shown_units(self) -> tuple[str, ...]:
+        """The units in which the result is shown."""
+        return self._shown.units
 
     def validated(self) -> ProcessRequest:
         """Return the request. Raises ParameterError with all errors."""
@@ -120,6 +122,7 @@ class CommandRequest:
         if refused := units.refusal(text, name, self._effective_value(("oscillator", "units"))):
             self._refuse(flag, *refused)
             return units.text_without_units(text)
+        self._shown.write(name, units.units_in(text))
         return units.si_text(text, name)
 
     def _quantity_of(self, flag: Flag) -> str:

@@ -7,13 +7,16 @@ import json
 import sys
 from contextlib import closing
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from grazemap.cli import files
 from grazemap.cli.command_request import CommandRequest
 from grazemap.cli.exit_codes import DONE, NOT_FOUND, InvalidCommand, fail
 from grazemap.cli.flags import flags_of
 from grazemap.wire import ProcessRequest
+
+if TYPE_CHECKING:
+    from grazemap.results import Result
 
 
 def compute(options: argparse.Namespace) -> int:
@@ -30,12 +33,12 @@ def compute(options: argparse.Namespace) -> int:
     command_request = request_of(options)
     with command_request.naming_flags():
         request = command_request.validated()
-        result = _result(request, options)
+        result = _result(request, options).in_units(*command_request.shown_units)
     from grazemap.cli.result_commands import describe
     from grazemap.results import OrbitBranch, PeriodicOrbit
 
     for name, path, _ in targets:
-        files.write(name, path, result, command_request.engineering)
+        files.write(name, path, result, options.style)
     if not targets:
         describe(result)
     if (isinstance(result, PeriodicOrbit) and not result.converged) or (
@@ -55,7 +58,7 @@ def request_of(options: argparse.Namespace) -> CommandRequest:
     return CommandRequest(options.process, fields, texts, options.errors)
 
 
-def _result(request: ProcessRequest, options: argparse.Namespace) -> Any:
+def _result(request: ProcessRequest, options: argparse.Namespace) -> Result:
     """Return the result of a request, from a service or without it."""
     # a wrong request is reported without these
     if options.direct or options.checkpoint is not None:
@@ -64,7 +67,10 @@ def _result(request: ProcessRequest, options: argparse.Namespace) -> Any:
         from grazemap.client.direct import direct
 
         with direct() as client:
-            return client.compute(options.process, request, progress=not options.quiet, checkpoint=options.checkpoint)
+            computed: Result = client.compute(
+                options.process, request, progress=not options.quiet, checkpoint=options.checkpoint
+            )
+        return computed
     from grazemap.cli.clients import service_or_stack
 
     with closing(service_or_stack(options.url, options.quiet)) as client:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,7 +15,7 @@ from grazemap.cli.exit_codes import InvalidCommand
 if TYPE_CHECKING:
     from grazemap.results import Result
 
-PICTURES = (".png", ".svg", ".pdf")
+PICTURES = constants.PICTURE_FILES
 OUTPUTS = (".npz", ".json", *constants.TABLE_FILES, *PICTURES)
 
 
@@ -60,16 +61,26 @@ def read(path: Path) -> Result:
         return load(path)
 
 
-def write(what: str, path: Path, result: Result, engineering: bool = False) -> None:
+def add_style(command: argparse._ActionsContainer) -> None:
+    """Add the flag of the style of pictures to a command."""
+    command.add_argument(
+        "--style",
+        choices=constants.PICTURE_STYLES,
+        default=constants.PICTURE_STYLES[0],
+        help="the style of pictures: screen, or column for a column of a journal, 3.4 inches wide",
+    )
+
+
+def write(what: str, path: Path, result: Result, style: constants.PictureStyle = constants.PICTURE_STYLES[0]) -> None:
     """Write a result as the ending of the path says, and print the path. Raises OSError.
 
-    With `engineering` a picture or a table has Hz and mm in place of rad/s and m.
+    `style` is that of a picture.
     """
     with naming_errors(what, path):
         if path.suffix in PICTURES:
             from grazemap.plots import save_picture
 
-            save_picture(result, path, engineering)
+            save_picture(result, path, style=style)
         else:
-            result.save(path, engineering_units=engineering and path.suffix in constants.TABLE_FILES)
+            result.save(path)
     print(path)

@@ -64,6 +64,7 @@ def _arguments(process: str, plans: bool) -> argparse.ArgumentParser:
         "-o", "--output", type=Path, metavar="FILE", help=f"file of the result: {', '.join(files.OUTPUTS)}"
     )
     group.add_argument("--plot", type=Path, metavar="FILE", help="picture of the result: .png, .svg or .pdf")
+    files.add_style(group)
     group.add_argument(
         "--url",
         help="address of a service (default: GRAZEMAP_URL, else a service on this machine, else a temporary stack)",

@@ -24,7 +24,7 @@ from grazemap.results import (
 )
 from grazemap.results.diagrams import QUANTITIES
 from grazemap.results.observables import variables_of
-from grazemap.results.tables import columns, tables, text
+from grazemap.results.tables import shown_columns, tables, text
 from grazemap.wire import PROCESSES
 
 # Rows of each table that are printed, and the width of its lines.
@@ -63,6 +63,7 @@ def add_arguments(command: argparse.ArgumentParser, name: str) -> None:
         metavar="FILE",
         help="a grazing curve, its points or bifurcation curves, drawn over a map; may be given again",
     )
+    files.add_style(command)
     command.add_argument(
         "--quantity", metavar="NAME", help="an observable, or an output such as spring_rms; of maps, diagrams, branches"
     )
@@ -77,7 +78,7 @@ def describe(result: Result) -> None:
         print(f"note      {note.detail}")
     for name in tables(result):
         print(f"table     {name}")
-        print(*text(columns(result, name), _ROWS, _WIDTH), sep="\n")
+        print(*text(shown_columns(result, name), _ROWS, _WIDTH), sep="\n")
 
 
 def _plot(options: argparse.Namespace) -> int:
@@ -88,7 +89,7 @@ def _plot(options: argparse.Namespace) -> int:
     files.check_drawn(result.process)
     keywords = _overlays(result, options.over) | _quantity(result, options.quantity)
     with files.naming_errors("the picture", output):
-        save_picture(result, output, options.engineering_units, **keywords)
+        save_picture(result, output, style=options.style, **keywords)
     print(output)
     return DONE
 
@@ -98,7 +99,7 @@ def _read(options: argparse.Namespace) -> Result:
     result = files.read(options.result)
     if options.engineering_units and result.units != "SI":
         raise InvalidCommand("--engineering-units is for results in SI, and this one is nondimensional")
-    return result
+    return result.in_units(*constants.ENGINEERING_UNITS) if options.engineering_units else result
 
 
 def _quantity(result: Any, name: str | None) -> dict[str, Any]:
@@ -138,7 +139,7 @@ def _show(options: argparse.Namespace) -> int:
         return DONE
     try:
         with files.naming_errors("the table", options.output):
-            result.save(options.output, options.table, engineering_units=options.engineering_units)
+            result.save(options.output, options.table)
     except ValueError as error:
         raise InvalidCommand(f"--table: {error}") from error
     print(options.output)

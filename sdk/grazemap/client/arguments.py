@@ -16,7 +16,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
 from grazemap.results import PeriodicOrbit, State
-from grazemap.units import Refused, in_si
+from grazemap.units import Refused, Shown, in_si
 from grazemap.wire import (
     BasinCoordinate,
     BifurcationCurvesRequest,
@@ -105,15 +105,19 @@ class Form(NamedTuple):
     """Whether (start, stop) needs a number of points."""
 
 
-def with_si_numbers(body: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields of a request with numbers for texts with a unit, as "9 Hz". Raises ParameterError."""
+def with_si_numbers(body: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """Return the fields of a request with numbers for texts with a unit, as "9 Hz", and the units for its result.
+
+    Raises ParameterError.
+    """
     oscillator = body.get("oscillator")
     units = oscillator.get("units") if isinstance(oscillator, Mapping) else getattr(oscillator, "units", None)
     refused: list[Refused] = []
-    fields: dict[str, Any] = in_si(body, units or "nondimensional", refused)
+    shown = Shown()
+    fields: dict[str, Any] = in_si(body, units or "nondimensional", refused, shown=shown)
     if refused:
         raise parameter_error([ProblemError(**entry._asdict()) for entry in refused])
-    return fields
+    return fields, shown.units
 
 
 def as_grid(argument: Argument, values: Any) -> Any:

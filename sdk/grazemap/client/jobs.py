@@ -268,9 +268,14 @@ async def _compute(
         return await fetch_result(connection, job.id, listen)
 
 
+async def _read(connection: AsyncConnection, data: bytes) -> Result:
+    """Return the result in npz, and issue its notes."""
+    return messages.announced(await connection.work(decode_result, data))
+
+
 async def _decoded(connection: AsyncConnection, job_id: str, response: httpx2.Response) -> Result:
     """Return the result in an answer, and write it to the cache of the client."""
-    result = await connection.work(decode_result, response.content)
+    result = await _read(connection, response.content)
     cache, etag = connection.settings.cache, response.headers.get("etag")
     if cache and etag and JOB_ID.fullmatch(job_id):
         await connection.work(cache.write, job_id, etag, response.content)
@@ -370,7 +375,7 @@ async def _result(connection: AsyncConnection, line: dict[str, Any]) -> Result:
         raise refused
     if isinstance(line.get("npz"), str):
         try:
-            return await connection.work(decode_result, b64decode(line["npz"], validate=True))
+            return await _read(connection, b64decode(line["npz"], validate=True))
         except ValueError as error:
             raise ProtocolError("a result of the answer cannot be read") from error
     return await fetch_result(connection, line["id"])
@@ -396,7 +401,7 @@ async def fetch_result(
             messages.require_success(await fetch_job(connection, job_id))
             raise
         if response.status_code == 304 and cached:
-            return await connection.work(decode_result, cached[1])
+            return await _read(connection, cached[1])
         if response.status_code == 202:
             job = Job.read(response.content)
             messages.require_success(await Follower(connection, job_path(job.id)).run(listen))

@@ -30,6 +30,7 @@ from grazemap.errors import (
 from grazemap.results import Result, decode_result
 from grazemap.version import __version__
 from grazemap.wire import Job, Note, Problem, ProcessRequest, canonical_id, unstated
+from grazemap.wire.notes import OTHER_MOTIONS
 
 # Codes of notes without a warning. Maps below the grazing curve are common: the motions with impacts are there. A job
 # that waits for the compilation of kernels only takes longer. The result says what a forcing period is.
@@ -76,7 +77,16 @@ def result_of(request: ProcessRequest, outcome: bytes | Problem) -> Result:
         job_id = canonical_id(process, canonical, __version__)
         require_success(Job(id=job_id, process=process, request=canonical, status="failed", problem=outcome))
     assert isinstance(outcome, bytes)
-    return decode_result(outcome)
+    return announced(decode_result(outcome))
+
+
+def announced(result: Result) -> Result:
+    """Return a result, and issue the note that other motions were seen at its point, which its request has not.
+
+    Many maps have such points: their note stands in `notes`, and their summary has the numbers.
+    """
+    warn_about([note for note in result.notes if note.code == OTHER_MOTIONS])
+    return result
 
 
 def is_lost(error: NotFound) -> bool:

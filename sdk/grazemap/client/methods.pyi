@@ -245,6 +245,7 @@ class AsyncMethods:
         transient_periods: int = 0,
         samples_per_period: int | None = None,
         times: Sequence[float] | NDArray[np.float64] | None = None,
+        other_starts: int = 0,
         observables: Sequence[str] = (),
         outputs: Mapping[str, OutputLike] | None = None,
         progress: bool = True,
@@ -275,6 +276,8 @@ class AsyncMethods:
             Number of equally spaced samples in each forcing period; instead of times.
         times : list or array, optional
             Times of the samples within the record, increasing; instead of samples_per_period.
+        other_starts : int
+            Number of random starts that are tried beside the given one, for other stable motions; 0: none.
         observables : sequence of str
             Quantities of the contact that the result has for every motion, by name; _right and _left: of one stop. Any
             of "impact_rate", "impact_rate_right", "impact_rate_left", "peak_impact_speed", "peak_impact_speed_right",
@@ -310,6 +313,7 @@ class AsyncMethods:
         transient_periods: int = 0,
         samples_per_period: int | None = None,
         times: Sequence[float] | NDArray[np.float64] | None = None,
+        other_starts: int = 0,
         observables: Sequence[str] = (),
         outputs: Mapping[str, OutputLike] | None = None,
         progress: bool = True,
@@ -340,6 +344,8 @@ class AsyncMethods:
             Number of equally spaced samples in each forcing period; instead of times.
         times : list or array, optional
             Times of the samples within the record, increasing; instead of samples_per_period.
+        other_starts : int
+            Number of random starts that are tried beside the given one, for other stable motions; 0: none.
         observables : sequence of str
             Quantities of the contact that the result has for every motion, by name; _right and _left: of one stop. Any
             of "impact_rate", "impact_rate_right", "impact_rate_left", "peak_impact_speed", "peak_impact_speed_right",
@@ -455,6 +461,7 @@ class AsyncMethods:
         adaptive: bool = False,
         preview: bool = False,
         resolve_sensitive: bool = False,
+        other_starts: int = 8,
         observables: Sequence[str] = (),
         outputs: Mapping[str, OutputLike] | None = None,
         progress: bool = True,
@@ -507,6 +514,8 @@ class AsyncMethods:
             Whether only periodic motions are identified: faster, without multipliers, exponents and chaos.
         resolve_sensitive : bool
             Whether the motions of sensitive points are decided in more digits, which takes seconds a point.
+        other_starts : int
+            Random starts tried at each point of a sample, for other stable motions than from rest; 0: no sample.
         observables : sequence of str
             Quantities of the contact that the result has for every motion, by name; _right and _left: of one stop. Any
             of "impact_rate", "impact_rate_right", "impact_rate_left", "peak_impact_speed", "peak_impact_speed_right",
@@ -744,6 +753,7 @@ class AsyncMethods:
         initial: StateLike | None = None,
         transient_periods: int = 1000,
         max_period: int = 32,
+        other_starts: int = 0,
         observables: Sequence[str] = (),
         outputs: Mapping[str, OutputLike] | None = None,
         progress: bool = True,
@@ -773,6 +783,8 @@ class AsyncMethods:
             Forcing periods in which the trajectory from the initial state settles; not used where a motion is given.
         max_period : int
             The maximum period looked for, in forcing periods.
+        other_starts : int
+            Number of random starts that are tried beside the given one, for other stable motions; 0: none.
         observables : sequence of str
             Quantities of the contact that the result has for every motion, by name; _right and _left: of one stop. Any
             of "impact_rate", "impact_rate_right", "impact_rate_left", "peak_impact_speed", "peak_impact_speed_right",
@@ -1190,6 +1202,7 @@ class Methods:
         transient_periods: int = 0,
         samples_per_period: int | None = None,
         times: Sequence[float] | NDArray[np.float64] | None = None,
+        other_starts: int = 0,
         observables: Sequence[str] = (),
         outputs: Mapping[str, OutputLike] | None = None,
         progress: bool = True,
@@ -1220,6 +1233,8 @@ class Methods:
             Number of equally spaced samples in each forcing period; instead of times.
         times : list or array, optional
             Times of the samples within the record, increasing; instead of samples_per_period.
+        other_starts : int
+            Number of random starts that are tried beside the given one, for other stable motions; 0: none.
         observables : sequence of str
             Quantities of the contact that the result has for every motion, by name; _right and _left: of one stop. Any
             of "impact_rate", "impact_rate_right", "impact_rate_left", "peak_impact_speed", "peak_impact_speed_right",
@@ -1255,6 +1270,7 @@ class Methods:
         transient_periods: int = 0,
         samples_per_period: int | None = None,
         times: Sequence[float] | NDArray[np.float64] | None = None,
+        other_starts: int = 0,
         observables: Sequence[str] = (),
         outputs: Mapping[str, OutputLike] | None = None,
         progress: bool = True,
@@ -1285,6 +1301,8 @@ class Methods:
             Number of equally spaced samples in each forcing period; instead of times.
         times : list or array, optional
             Times of the samples within the record, increasing; instead of samples_per_period.
+        other_starts : int
+            Number of random starts that are tried beside the given one, for other stable motions; 0: none.
         observables : sequence of str
             Quantities of the contact that the result has for every motion, by name; _right and _left: of one stop. Any
             of "impact_rate", "impact_rate_right", "impact_rate_left", "peak_impact_speed", "peak_impact_speed_right",
@@ -1400,6 +1418,7 @@ class Methods:
         adaptive: bool = False,
         preview: bool = False,
         resolve_sensitive: bool = False,
+        other_starts: int = 8,
         observables: Sequence[str] = (),
         outputs: Mapping[str, OutputLike] | None = None,
         progress: bool = True,
@@ -1452,6 +1471,8 @@ class Methods:
             Whether only periodic motions are identified: faster, without multipliers, exponents and chaos.
         resolve_sensitive : bool
             Whether the motions of sensitive points are decided in more digits, which takes seconds a point.
+        other_starts : int
+            Random starts tried at each point of a sample, for other stable motions than from rest; 0: no sample.
         observables : sequence of str
             Quantities of the contact that the result has for every motion, by name; _right and _left: of one stop. Any
             of "impact_rate", "impact_rate_right", "impact_rate_left", "peak_impact_speed", "peak_impact_speed_right",
@@ -1689,6 +1710,7 @@ class Methods:
         initial: StateLike | None = None,
         transient_periods: int = 1000,
         max_period: int = 32,
+        other_starts: int = 0,
         observables: Sequence[str] = (),
         outputs: Mapping[str, OutputLike] | None = None,
         progress: bool = True,
@@ -1718,6 +1740,8 @@ class Methods:
             Forcing periods in which the trajectory from the initial state settles; not used where a motion is given.
         max_period : int
             The maximum period looked for, in forcing periods.
+        other_starts : int
+            Number of random starts that are tried beside the given one, for other stable motions; 0: none.
         observables : sequence of str
             Quantities of the contact that the result has for every motion, by name; _right and _left: of one stop. Any
             of "impact_rate", "impact_rate_right", "impact_rate_left", "peak_impact_speed", "peak_impact_speed_right",

@@ -198,8 +198,11 @@ class ProcessMethod:
         text = " ".join(filter(None, (field.description if field else "", short, unit, more)))
         return f"{name} : {kind}{optional}\n{indent(fill(text, _WIDTH), '    ')}"
 
-    def request_for(self, *arguments: Any, **keywords: Any) -> tuple[ProcessRequest, bool]:
-        """Return the request for some arguments, and whether progress is shown. Raises TypeError, ParameterError."""
+    def request_for(self, *arguments: Any, **keywords: Any) -> tuple[ProcessRequest, bool, tuple[str, ...]]:
+        """Return the request for some arguments, whether progress is shown, and the units for the result.
+
+        Raises TypeError, ParameterError.
+        """
         values = self._bound(arguments, keywords)
         points = self._points(values)
         body = dict(self.extra.fields(values))
@@ -208,7 +211,8 @@ class ProcessMethod:
                 place = Argument(name, points.get(name), self._keyword, body)
                 body[name] = self.forms[name].convert(place, values[name])
         body = {name: value for name, value in body.items() if not self._is_left_out(name, value)}
-        return self._request.checked(with_si_numbers(body)), values["progress"]
+        fields, shown = with_si_numbers(body)
+        return self._request.checked(fields), values["progress"], shown
 
     def _is_left_out(self, name: str, value: Any) -> bool:
         """Return whether a field is left out of the request: its argument is None, which is the default."""
@@ -241,8 +245,9 @@ class ProcessMethod:
         """Return the method of the asynchronous client."""
 
         async def awaited(self_: Any, *arguments: Any, **keywords: Any) -> Result:
-            result: Result = await self_._compute(self._result, *self.request_for(*arguments, **keywords))
-            return result
+            request, progress, shown = self.request_for(*arguments, **keywords)
+            result: Result = await self_._compute(self._result, request, progress)
+            return result.in_units(*shown)
 
         method: Any = awaited
         method.__name__, method.__doc__, method.__signature__ = self.name, self.doc, self.signature

@@ -17,13 +17,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def save_picture(result: Result, path: str | PathLike[str], engineering: bool = False, **options: Any) -> None:
+def save_picture(result: Result, path: str | PathLike[str], **options: Any) -> None:
     """Draw a result on a figure of its own and write the picture; the ending of the path gives the format.
 
-    With `engineering` frequencies are in Hz and lengths in mm, if the result is in SI. `options` are keywords of the
-    result's `plot`.
+    `options` are keywords of the result's `plot`. Fonts are embedded in a PDF in the form that journals take.
     """
-    draw_without_pyplot(result, engineering_units=engineering and result.units == "SI", **options).savefig(path)
+    from matplotlib import rc_context
+
+    figure = draw_without_pyplot(result, **options)
+    with rc_context({"pdf.fonttype": 42}):
+        figure.savefig(path)
 
 
 def draw_without_pyplot(result: Result, **options: Any) -> Figure:

@@ -5,19 +5,39 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from grazemap.constants import PictureStyle
 from grazemap.errors import MissingExtra
-from grazemap.plots.engineering import Wording, scale_ticks, shows_engineering_units, unit_wording, value_wording
+from grazemap.plots.engineering import (
+    Wording,
+    colour_bars,
+    keep_wording,
+    scale_ticks,
+    unit_wording,
+    units_shown_on,
+    value_wording,
+)
+from grazemap.plots.layout import (
+    Name,
+    emptiest_corner,
+    fits_anywhere,
+    is_beside,
+    legend_below,
+    remove_covered,
+    settle,
+    wrap_labels,
+)
 from grazemap.plots.palette import INK, PAPER
+from grazemap.plots.styles import STYLES, Style, current_style, drawing_in
 from grazemap.results import ChanceToSettle, Result
 from grazemap.results.observables import Quantity
-from grazemap.results.pictures import PICTURES, LegendPlace, PictureOptions
+from grazemap.results.pictures import PICTURES, LegendPlace
 from grazemap.wire.planes import unit_of
 
 if TYPE_CHECKING:
@@ -34,7 +54,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 # Maximum share of the width and height of the axes that a legend covers, and minimum number of its entries.
 _MAX_COVERED, _MIN_ENTRIES = 0.6, 3
-_MANY_POINTS = 20_000
+_MOST_LAYOUTS = 3
 _KEPT_FROM_PYPLOT: ContextVar[bool] = ContextVar("kept from pyplot", default=False)
 
 _PARAMETERS = {
@@ -72,7 +92,7 @@ def kept_from_pyplot() -> Iterator[None]:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """Return an empty figure of a size in inches, with a resolution that is readable as a PNG. Raises MissingExtra.
+    """Return an empty figure in the current style, of a size in inches on a screen. Raises MissingExtra.
 
     A notebook shows the figure below the cell, a script with `matplotlib.pyplot.show()`.
     """
@@ -81,8 +101,8 @@ def new_figure(width: float, height: float) -> Figure:
         from matplotlib.figure import Figure
     except ImportError as error:
         raise MissingExtra("a picture", "plot") from error
-    make = Figure if _KEPT_FROM_PYPLOT.get() else pyplot.figure
-    return make(figsize=(width, height), dpi=150, layout="constrained")
+    make, style = Figure if _KEPT_FROM_PYPLOT.get() else pyplot.figure, current_style()
+    return make(figsize=style.figure_size(width, height), dpi=style.dpi, layout="constrained")
 
 
 def axes_or_new(ax: Axes | None, width: float = 9.0, height: float = 5.5) -> Axes:
@@ -122,8 +142,11 @@ def quantity_label(quantity: Quantity) -> Wording:
 def place_text(units: str, **values: float) -> Wording:
     """Return the text "omega = .., b = .." of some values, with units where the result is in SI."""
     signs = {"omega": r"$\omega$", "clearance": "$b$", "right": "right stop at $b$", "left": "left stop at $-b$, $b$"}
-    each = [value_wording(signs[name], x, "rad/s" if name == "omega" else "m", units) for name, x in values.items()]
-    return Wording(", ".join(wording.text for wording in each), ", ".join(wording.engineering for wording in each))
+    whole = Wording(())
+    for name, value in values.items():
+        separator = ", " if whole.parts else ""
+        whole += separator + value_wording(signs[name], value, "rad/s" if name == "omega" else "m", units)
+    return whole
 
 
 def point_text(result: Result) -> Wording:
@@ -138,32 +161,50 @@ def point_text(result: Result) -> Wording:
 
 @dataclass(frozen=True)
 class Drawing:
-    """The axes of a picture, with its options for legend, labels and units."""
+    """The axes of a picture, with its options for legend, labels, units and style."""
 
     ax: Axes
     """The axes."""
     legend: LegendPlace
-    """"outside": to the right of the axes, "inside": on them, or "none": left out."""
+    """"outside": beside the axes or below them, "inside": on them, or "none": left out."""
     labels: bool
     """Whether there are a title, texts of the axes and names of regions."""
-    engineering_units: bool
-    """Whether results in SI are drawn with Hz and mm."""
+    shown_units: tuple[str, ...]
+    """The units in place of rad/s and m."""
+    own_figure: bool = True
+    """Whether the figure was made for this picture."""
     may_be_left_out: bool = False
     """Whether a legend that would cover most of the axes is shortened, or left out."""
+    style: Style = field(default_factory=current_style)
+    """The style."""
+    names: list[Name] = field(default_factory=list)
+    """Names on the axes, which are left out where there is no room for them."""
+    _legends: list[Callable[[], None]] = field(default_factory=list)
+    """What makes the legends."""
+    _before: frozenset[Artist] = field(init=False)
+    """What was on the axes of the caller before."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_before", frozenset(() if self.own_figure else self.ax.get_children()))
+
+    @property
+    def _figure(self) -> Figure:
+        figure = self.ax.get_figure(root=True)
+        assert figure is not None
+        return figure
 
     def describe(self, x: Wording, y: Wording, title: Wording | str | None = None) -> None:
         """Give the axes their units and labels."""
         self.describe_axis(self.ax.xaxis, x, self.ax.set_xlabel)
         self.describe_axis(self.ax.yaxis, y, self.ax.set_ylabel)
         if title is not None:
-            self.write(partial(self.ax.set_title, fontsize=10), title)
+            self.write(partial(self.ax.set_title, fontsize=self.style.title), title)
 
     def describe_axis(self, axis: Axis, wording: Wording, put: Callable[[str], Text]) -> None:
         """Give an axis its unit and its label. `put` sets the label, for example `ax.set_xlabel`."""
         # `set_units` would forget the limits of regions
         axis.units = wording.unit or None
-        if self.engineering_units:
-            scale_ticks(axis)
+        scale_ticks(axis, self.shown_units)
         self.write(put, wording)
 
     def write(self, put: Callable[[str], Text], wording: Wording | str) -> None:
@@ -171,8 +212,7 @@ class Drawing:
         if not self.labels:
             return
         wording = unit_wording(wording) if isinstance(wording, str) else wording
-        text = put(wording.engineering if self.engineering_units else wording.text)
-        text.wording = wording  # type: ignore[attr-defined]
+        keep_wording(put(wording.text(self.shown_units)), wording)
 
     def describe_plane(self, units: str, title: str) -> None:
         """Label the axes of a picture in the plane of omega and clearance."""
@@ -183,27 +223,69 @@ class Drawing:
         bar = self.ax.figure.colorbar(drawn, ax=self.ax, shrink=0.8).ax
         self.describe_axis(bar.yaxis, wording, bar.set_ylabel)
 
-    def show_legend(self, shares: Mapping[str, float] | None = None, **options: object) -> None:
-        """Add the legend, if it has entries. Equal entries, such as those of several results, are shown once.
+    def show_legend(self, shares: Mapping[str, float] | None = None, columns: int = 0, **look: object) -> None:
+        """Add the legend, if it has entries, once everything is drawn.
 
-        `shares` has the share of an entry by its text. Where not all entries fit, entries without a share are kept
-        first, and then those with the largest shares.
+        Equal entries, such as those of several results, are shown once. `shares` has the share of an entry by its text.
+        Where not all entries fit, entries without a share are kept first, and then those with the largest shares. With
+        `columns` there is room for so many above the axes, on a screen.
         """
+        self._legends.append(partial(self._make_legend, shares or {}, columns, look))
+
+    def finish(self) -> None:
+        """Give what was drawn its style, and place the legend, the titles and the names. Call it once, at the end."""
+        figure, bars = self._figure, list(colour_bars(self.ax))
+        self.style.dress(self.ax, (artist for artist in self.ax.get_children() if artist not in self._before))
+        inset: Any = self.ax.child_axes
+        for bar in (*bars, *inset):
+            self.style.dress(bar, bar.get_children())
+        for make in self._legends:
+            make()
+        labels = [self.ax.title, *(axis.label for ax in (self.ax, *bars) for axis in (ax.xaxis, ax.yaxis))]
+        if not self.names and all(fits_anywhere(label) for label in labels):
+            return
+        settle(figure)
+        # where lines are added, the axes move
+        for _ in range(_MOST_LAYOUTS):
+            if not wrap_labels(self.ax, bars, self.own_figure):
+                break
+            settle(figure)
+        remove_covered(self.ax, self.names)
+
+    def _make_legend(self, shares: Mapping[str, float], columns: int, look: Mapping[str, object]) -> None:
         every = zip(*self.ax.get_legend_handles_labels(), strict=True)
         different = {(text, _look(handle)): handle for handle, text in every}
         handles, texts = list(different.values()), [text for text, _ in different]
         if self.legend == "none" or not handles:
             return
+        place: dict[str, Any] = {"frameon": self.legend == "inside", "fontsize": self.style.legend} | dict(look)
         if self.legend == "outside":
-            place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
-        else:
-            # "best" is where the fewest points are; it takes long to find in pictures with many points
-            many = bool(self.ax.collections) or sum(np.size(line.get_xdata()) for line in self.ax.lines) > _MANY_POINTS
-            place = {"loc": "upper right" if many else "best", "framealpha": 0.85}
-        place |= {"frameon": self.legend == "inside", "fontsize": 8} | options
-        shown = self.ax.legend(handles, texts, **place)
-        if self.may_be_left_out:
-            self._shorten(shown, handles, texts, shares or {}, place)
+            self._place_outside(handles, texts, columns, place)
+            return
+        place |= {"loc": "upper right", "framealpha": 0.85}
+        settle(self._figure)
+        whole: Legend = self.ax.legend(handles, texts, **place)
+        shown = self._shorten(whole, handles, texts, shares, place) if self.may_be_left_out else whole
+        if shown is not None:
+            shown.set_loc(emptiest_corner(self.ax, shown))
+
+    def _place_outside(self, handles: list[Artist], texts: list[str], columns: int, place: Mapping[str, Any]) -> None:
+        """Add the legend beside the axes, or below them where it would leave them too narrow."""
+        figure, is_wide = self._figure, self.style.width is None
+        if columns and is_wide:
+            high = 1.08 if self.ax.get_title() else 1.0
+            above: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, high), "ncols": columns}
+            self.ax.legend(handles, texts, **above, **place)
+            return
+        if is_wide:
+            beside: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
+            if is_beside(self.ax.legend(handles, texts, **beside, **place), figure):
+                return
+        settle(figure)
+        below = legend_below(self.ax, handles, texts, **place)
+        if self.own_figure:
+            width, height = figure.get_size_inches()
+            figure.set_size_inches(width, height + below.get_window_extent().height / figure.dpi)
 
     def _shorten(
         self,
@@ -212,8 +294,11 @@ class Drawing:
         texts: Sequence[str],
         shares: Mapping[str, float],
         place: Mapping[str, Any],
-    ) -> None:
-        """Replace a legend that covers too much by a shorter one; remove it where too few entries would fit."""
+    ) -> Legend | None:
+        """Replace a legend that covers too much by a shorter one; remove it where too few entries would fit.
+
+        Returns the legend that is left.
+        """
         from matplotlib.lines import Line2D
 
         important = sorted(range(len(texts)), key=lambda i: -shares.get(texts[i], np.inf))
@@ -224,7 +309,7 @@ class Drawing:
             # the last entry says how many are left out
             count = min(count - 1, int(_MAX_COVERED * whole.height / box.height * (count + 1)) - 1)
             if count < _MIN_ENTRIES:
-                return
+                return None
             kept = sorted(important[:count])
             rest = Line2D([], [], linestyle="none")
             shown = self.ax.legend(
@@ -233,6 +318,7 @@ class Drawing:
                 **place,
             )
             box = shown.get_window_extent()
+        return shown
 
     def write_reason(self, reason: str) -> None:
         """Write the reason why there is nothing to draw on the empty axes."""
@@ -244,19 +330,24 @@ def drawing(
     ax: Axes | None,
     legend: LegendPlace | None,
     labels: bool,
-    engineering_units: bool = False,
+    shown_units: tuple[str, ...] = (),
     width: float = 9.0,
     height: float = 5.5,
+    own_figure: bool | None = None,
 ) -> Drawing:
     """Return the drawing on the caller's axes, or on those of a new figure.
 
-    For `legend=None` the legend is to the right of new axes. On the caller's axes it is inside; where it would cover
-    most of them it is shortened, and left out if not even a few entries fit. Axes that show Hz or mm keep these units.
+    For `legend=None` the legend is outside new axes. On the caller's axes it is inside; where it would cover most of
+    them it is shortened, and left out if not even a few entries fit. In a style that has a width it is below them, if
+    the figure has a layout that makes room for it. Axes that show Hz or mm keep these units.
     """
-    place = legend or ("outside" if ax is None else "inside")
-    may_be_left_out = ax is not None and legend is None
+    own_figure = ax is None if own_figure is None else own_figure
     ax = axes_or_new(ax, width, height)
-    return Drawing(ax, place, labels, engineering_units or shows_engineering_units(ax), may_be_left_out)
+    root = ax.get_figure(root=True)
+    has_room = own_figure or (current_style().width and root is not None and root.get_layout_engine() is not None)
+    place = legend or ("outside" if has_room else "inside")
+    may_be_left_out = not own_figure and legend is None
+    return Drawing(ax, place, labels, (*units_shown_on(ax), *shown_units), own_figure, may_be_left_out)
 
 
 def draws(
@@ -265,21 +356,24 @@ def draws(
     """Register the function that draws the picture of a method of a result.
 
     The function is called with the result, the drawing, and those arguments of the method that not every picture has.
-    `place` makes the drawing; `size` is the width and height of a new figure. If the function fails, a new figure is
-    closed.
+    `place` makes the drawing; `size` is the width and height of a new figure on a screen. If the function fails, a new
+    figure is closed.
     """
 
     def register(function: F) -> F:
-        def drawn(result: Result, ax: Any, options: PictureOptions, **arguments: Any) -> Any:
-            target = place(ax, **options, **size)
-            try:
-                return function(result, target, **arguments)
-            except BaseException:
-                if ax is None:
-                    from matplotlib import pyplot
+        def drawn(result: Result, ax: Any, options: Mapping[str, Any], style: PictureStyle, **arguments: Any) -> Any:
+            with drawing_in(STYLES[style]):
+                target = place(ax, **options, **size)
+                try:
+                    axes = function(result, target, **arguments)
+                    target.finish()
+                    return axes
+                except BaseException:
+                    if ax is None:
+                        from matplotlib import pyplot
 
-                    pyplot.close(target.ax.get_figure(root=True))
-                raise
+                        pyplot.close(target.ax.get_figure(root=True))
+                    raise
 
         PICTURES[kind, method] = drawn
         return function
@@ -314,7 +408,7 @@ def rimmed(width: float, colour: str = PAPER) -> list[AbstractPathEffect]:
     """Return the path effects that give a line a rim, so that it is legible on colours; `width` includes the rim."""
     from matplotlib.patheffects import Normal, withStroke
 
-    return [withStroke(linewidth=width, foreground=colour), Normal()]
+    return [withStroke(linewidth=width * current_style().scale, foreground=colour), Normal()]
 
 
 def cell_borders(values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -10,6 +10,7 @@ import numpy as np
 from grazemap.plots.axes import Drawing, axis_label, draws, rimmed
 from grazemap.plots.engineering import unit_wording
 from grazemap.plots.grazing_curve import CURVE
+from grazemap.plots.layout import Name
 from grazemap.plots.palette import ANY_COLOUR, BIFURCATIONS, INK, PAPER, dash
 from grazemap.results import CodimensionTwoPoint, CodimensionTwoPoints, Unfolding
 
@@ -46,9 +47,8 @@ def plot_local_unfolding(result: CodimensionTwoPoints, drawing: Drawing, omega: 
         ax.plot(point.omega, 0.0, marker=(6, 2, 0), markersize=8, color=INK, linestyle="none", zorder=4)
     if drawing.labels:
         for point in _spaced(active, lambda point: point.order or 0, stop - start):
-            ax.annotate(
-                f"order {point.order}", (point.omega, 0.0), (0, 7), textcoords="offset points", fontsize=7, ha="center"
-            )
+            above: dict[str, Any] = {"xytext": (0, 7), "textcoords": "offset points", "fontsize": 7, "ha": "center"}
+            drawing.names.append(Name(ax.annotate(f"order {point.order}", (point.omega, 0.0), **above)))
     _draw_sides(ax, shown, stop - start)
     ax.set_xlim(start, stop)
     distance = unit_wording(r"distance to the grazing curve $b - A(\omega)$", "m", result.units)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from grazemap.plots.axes import Drawing, draws, parameter_label, point_text
 from grazemap.plots.engineering import Wording, unit_wording
+from grazemap.plots.layout import Name
 from grazemap.plots.palette import BIFURCATIONS, INK, LINE, PALE_LINE, label_text
 from grazemap.plots.smooth import smooth_pieces
 from grazemap.results import OrbitBranch, PeriodicOrbit, SpecialPoint
@@ -19,8 +20,8 @@ from grazemap.wire import impacts_on, motion_label
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# The axis of speeds begins at most this share of its upper end below 0, where virtual impacts are.
-_VIRTUAL_SHARE = 0.3
+# The axis of speeds begins at this share of its upper end below 0, so that symbols at 0 are whole.
+_BELOW_ZERO = 0.03
 # Multipliers along a branch with a larger modulus are not drawn.
 _MAX_MODULUS = 3.0
 # Share of the height that is added to a picture for a scale of colours inside it.
@@ -133,11 +134,11 @@ def plot_branch(result: OrbitBranch, drawing: Drawing, colour: str | None, label
         fill = point_colour if point.admissible else "white"
         ax.plot([point.parameter] * len(heights), heights, label=name, markerfacecolor=fill, **style)
     ax.axhline(0.0, color=INK, linewidth=0.5, zorder=0)
-    # virtual impacts have negative speeds, which may be many times as large as those of real ones
+    # virtual impacts of inadmissible orbits have negative speeds
     low, high = ax.get_ylim()
-    ax.set_ylim(max(low, -_VIRTUAL_SHARE * high), high)
+    ax.set_ylim(max(low, -_BELOW_ZERO * high), high)
     if drawing.labels:
-        _name_stops(ax, result)
+        _name_stops(drawing, result)
     drawing.show_legend()
     return ax
 
@@ -155,9 +156,9 @@ def named_branch(result: OrbitBranch) -> str:
     return f"Branch of {label_text(motion_label(result.period, *impacts_on(result.stops)))}{images}"
 
 
-def _name_stops(ax: Axes, result: OrbitBranch) -> None:
+def _name_stops(drawing: Drawing, result: OrbitBranch) -> None:
     """Write r or l, the stop of the impacts, at the end of admissible orbits where most lines are separate."""
-    knots = result.knots()
+    ax, knots = drawing.ax, result.knots()
     first, last = _drawn_once(knots)
     if first == last:  # a single orbit has no line
         return
@@ -180,7 +181,8 @@ def _name_stops(ax: Axes, result: OrbitBranch) -> None:
     for group in groups[end]:
         text = ", ".join(sorted({"r" if result.stops[impact] > 0 else "l" for impact in group}))
         place = float(knots.path[end, 0]), float(np.mean(knots.path[end, 1:][group]))
-        ax.annotate(text, place, (6 * side, 0), color=INK, ha="left" if side > 0 else "right", **style)
+        name = ax.annotate(text, place, (6 * side, 0), color=INK, ha="left" if side > 0 else "right", **style)
+        drawing.names.append(Name(name))
     for stop, text in ((1, "right"), (-1, "left")):
         if np.any(result.stops == stop):
             marker = f"${text[0]}$"

@@ -17,6 +17,11 @@ class ScaledLocator(Locator):
     def __init__(self, locator: Locator, factor: float) -> None:
         self._locator, self._factor = locator, factor
 
+    @classmethod
+    def of(cls, locator: Locator, factor: float) -> ScaledLocator:
+        """Return the locator for a factor, of the other locator or of one that is scaled already."""
+        return cls(locator._locator if isinstance(locator, ScaledLocator) else locator, factor)
+
     def __call__(self) -> list[float]:
         """Return the places of the ticks in the view, in the unit of the data."""
         assert self.axis is not None
@@ -37,11 +42,11 @@ class ScaledLocator(Locator):
 
 
 class ScaledFormatter(ScalarFormatter):
-    """Writes the data times a factor, with as many digits as the ticks of the view need."""
+    """Writes the data times a factor, in the shown unit, with as many digits as the ticks of the view need."""
 
-    def __init__(self, factor: float) -> None:
+    def __init__(self, factor: float, shown_unit: str) -> None:
         super().__init__()
-        self._factor = factor
+        self._factor, self.shown_unit = factor, shown_unit
 
     def set_axis(self, axis: Any) -> None:
         """Take the view of an axis, in the unit that is shown."""
@@ -66,9 +71,9 @@ class ScaledFormatter(ScalarFormatter):
 class ScaledLogFormatter(LogFormatterSciNotation):
     """Writes the data times a factor, on a logarithmic axis: numbers, and powers of ten over a wide range."""
 
-    def __init__(self, factor: float) -> None:
+    def __init__(self, factor: float, shown_unit: str) -> None:
         super().__init__()
-        self._factor = factor
+        self._factor, self.shown_unit = factor, shown_unit
 
     def __call__(self, x: float, pos: int | None = None) -> str:
         """Return the text of a tick."""

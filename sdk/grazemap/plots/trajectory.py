@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 from grazemap.described import described
 from grazemap.plots.axes import Drawing, axis_label, drawing, draws, new_figure, point_text, shown_axes
 from grazemap.plots.engineering import Wording
+from grazemap.plots.layout import settle, wrap
 from grazemap.plots.palette import INK, LINE, NAMED, OTHER, SECOND_LINE, UNRESOLVED, motion_colours, motion_text
+from grazemap.plots.styles import current_style
 from grazemap.results import Trajectories, Trajectory
 from grazemap.results.pictures import LegendPlace
 from grazemap.wire import ClearancePair, Oscillator
@@ -53,8 +55,6 @@ class TrajectoryDrawing(NamedTuple):
     """The drawing of the motion over time."""
     portrait: Drawing
     """The drawing of the phase portrait."""
-    own_figure: bool
-    """Whether the figure was made for this picture."""
 
     @property
     def ax(self) -> Axes:
@@ -66,9 +66,18 @@ class TrajectoryDrawing(NamedTuple):
         """The axes of both."""
         return TrajectoryAxes(self.history.ax, self.portrait.ax)
 
+    def finish(self) -> None:
+        """Finish both drawings, and break the title of a new figure where it is too long."""
+        for part in self:
+            part.finish()
+        figure = self.ax.get_figure(root=True)
+        if self.history.own_figure and figure is not None and figure._suptitle is not None:  # type: ignore[attr-defined]
+            wrap(figure._suptitle, 0.97 * figure.bbox.width)  # type: ignore[attr-defined]
+            settle(figure)
+
 
 def trajectory_drawing(
-    ax: tuple[Axes, Axes] | Axes | None, legend: LegendPlace | None, labels: bool, engineering_units: bool
+    ax: tuple[Axes, Axes] | Axes | None, legend: LegendPlace | None, labels: bool, shown_units: tuple[str, ...]
 ) -> TrajectoryDrawing:
     """Return where to draw a time history and a phase portrait: the caller's axes, or those of a new figure.
 
@@ -77,15 +86,19 @@ def trajectory_drawing(
     pair: Iterable[Axes]
     if ax is None:
         legend = legend or "outside"
-        pair = new_figure(11.0, 4.6).subplots(1, 2, width_ratios=(1.7, 1.0), subplot_kw={"axes_class": shown_axes()})
+        shown = {"axes_class": shown_axes()}
+        if current_style().width is None:
+            pair = new_figure(11.0, 4.6).subplots(1, 2, width_ratios=(1.7, 1.0), subplot_kw=shown)
+        else:
+            pair = new_figure(9.0, 10.5).subplots(2, 1, height_ratios=(1.0, 1.3), subplot_kw=shown)
     elif isinstance(ax, Iterable):
         pair = ax
     else:
         from matplotlib.figure import Figure
 
         pair = ax, Figure().add_subplot()
-    history, portrait = (drawing(axes, legend, labels, engineering_units) for axes in pair)
-    return TrajectoryDrawing(history, portrait, own_figure=ax is None)
+    history, portrait = (drawing(axes, legend, labels, shown_units, own_figure=ax is None) for axes in pair)
+    return TrajectoryDrawing(history, portrait)
 
 
 @draws(Trajectory, place=trajectory_drawing)
@@ -101,14 +114,14 @@ def plot_trajectory(trajectory: Trajectory, drawing: TrajectoryDrawing, mass: in
     shown = _last_periods(trajectory, time)
     history.plot(time[shown], displacement[shown], color=LINE, linewidth=1.0)
     portrait.plot(displacement[~shown], velocity[~shown], color=_EARLIER, linewidth=0.6, label="earlier")
-    portrait.plot(displacement[shown], velocity[shown], color=LINE, linewidth=1.2, label="last periods, as on the left")
+    portrait.plot(displacement[shown], velocity[shown], color=LINE, linewidth=1.2, label="last periods, as over time")
     if not shown.all():
-        _legend(drawing.portrait, 2)
+        drawing.portrait.show_legend(columns=2)
     if mass == contact.mass:
         _draw_stops(history, portrait, contact, True)
         _draw_impacts(history, trajectory, contact, float(time[shown][0]) if shown.any() else 0.0)
         portrait.axhline(0.0, color=INK, linewidth=0.4, zorder=0)
-        _legend(drawing.history, 2)
+        drawing.history.show_legend(columns=2)
     _label(drawing, trajectory, mass, _title(trajectory, mass))
     return drawing.axes
 
@@ -140,7 +153,7 @@ def plot_trajectories(
     if mass == contact.mass:
         _draw_stops(history, portrait, contact)
     _label(drawing, first, mass, f"{_name(mass)} at " + point_text(first) + f": {len(result)} trajectories")
-    _legend(drawing.history, 6)
+    drawing.history.show_legend(columns=6)
     return drawing.axes
 
 
@@ -197,21 +210,14 @@ def _last_periods(trajectory: Trajectory, time: Floats) -> NDArray[np.bool_]:
 def _label(drawing: TrajectoryDrawing, trajectory: Trajectory, mass: int | None, title: Wording) -> None:
     units = trajectory.units
     displacement, velocity = (axis_label(name, units, mass) for name in ("displacement", "velocity"))
-    drawing.history.describe(axis_label("time", units), displacement, None if drawing.own_figure else title)
+    own_figure = drawing.history.own_figure
+    drawing.history.describe(axis_label("time", units), displacement, None if own_figure else title)
     drawing.portrait.describe(displacement, velocity)
     drawing.history.ax.margins(x=0.0)
     drawing.portrait.ax.locator_params(axis="x", nbins=5)
     figure = drawing.history.ax.get_figure(root=False)
-    if drawing.own_figure and figure is not None:
-        drawing.history.write(partial(figure.suptitle, fontsize=10), title)
-
-
-def _legend(drawing: Drawing, columns: int) -> None:
-    if drawing.legend == "outside":
-        high = 1.08 if drawing.ax.get_title() else 1.0
-        drawing.show_legend(loc="lower left", bbox_to_anchor=(0.0, high), ncols=columns)
-    else:
-        drawing.show_legend()
+    if own_figure and figure is not None:
+        drawing.history.write(partial(figure.suptitle, fontsize=drawing.history.style.title), title)
 
 
 def history_with_impacts(trajectory: Trajectory, mass: int | None) -> tuple[Floats, Floats, Floats]:

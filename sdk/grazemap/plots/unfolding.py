@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.colours import colours_of_map
-from grazemap.plots.axes import Drawing, cell_borders, chance_text, draws, legend_square, share_text
+from grazemap.plots.axes import Drawing, cell_borders, chance_text, draws, legend_square, rimmed, share_text
 from grazemap.plots.hatching import hatch_sensitive
+from grazemap.plots.layout import Name
 from grazemap.plots.map_axes import describe_map, draw_curves_and_points
 from grazemap.plots.observables import plot_over_plane
 from grazemap.plots.palette import INK, OTHER, PAPER, hexadecimal, is_dark, motion_text
@@ -71,7 +72,7 @@ def plot_unfolding_map(
     if drawing.labels:
         for motion, colour in shown.items():
             if motion.kind == "periodic":
-                _name_region(ax, umap, motion, colour)
+                _name_region(drawing, umap, motion, colour)
     across, up = cell_borders(umap.horizontal), cell_borders(umap.vertical)
     draw_curves_and_points(ax, umap, curve, points, curves, margins)
     if overlay is not None:
@@ -171,17 +172,15 @@ def _place_in_legend(motion: MotionShare) -> tuple[bool, str, int, int, int]:
     return motion.kind != "periodic", motion.kind, motion.period or 0, right + left, -right
 
 
-def _name_region(ax: Axes, umap: UnfoldingMap, motion: MotionShare, ground: str) -> None:
+def _name_region(drawing: Drawing, umap: UnfoldingMap, motion: MotionShare, ground: str) -> None:
     """Write a motion's label where the largest square fits into its region, if that is large enough to read."""
-    from matplotlib.patheffects import withStroke
-
     step = -(-max(umap.kind.shape) // _MEASURED_SIDE)
     mask = umap.mask(motion)[::step, ::step]
     row, column, side = largest_square(mask)
     if side < _NAMED_REGION * min(mask.shape) or side < 3:
         return
     row, column = step * row, step * column
-    ax.text(
+    name = drawing.ax.text(
         float(umap.horizontal[column]),
         float(umap.vertical[row]),
         motion_text(motion),
@@ -189,9 +188,18 @@ def _name_region(ax: Axes, umap: UnfoldingMap, motion: MotionShare, ground: str)
         va="center",
         fontsize=8,
         color=PAPER if is_dark(ground) else INK,
-        path_effects=[withStroke(linewidth=2.0, foreground=ground)],
+        path_effects=rimmed(2.0, ground)[:1],
         zorder=4,
     )
+
+    def is_there(places: NDArray[np.float64]) -> NDArray[np.bool_]:
+        cells = (cell_borders(umap.horizontal), cell_borders(umap.vertical))
+        columns, rows = (np.searchsorted(borders, at) - 1 for borders, at in zip(cells, places.T, strict=True))
+        whole = umap.mask(motion)
+        inside: NDArray[np.bool_] = whole[rows.clip(0, whole.shape[0] - 1), columns.clip(0, whole.shape[1] - 1)]
+        return inside
+
+    drawing.names.append(Name(name, is_there))
 
 
 def largest_square(mask: NDArray[np.bool_]) -> tuple[int, int, int]:

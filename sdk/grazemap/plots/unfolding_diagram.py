@@ -13,6 +13,7 @@ from grazemap.plots.palette import BIFURCATIONS, INK, PAPER, UNEXPLAINED
 from grazemap.plots.smooth import smooth_line
 from grazemap.plots.unfolding import plot_unfolding_map
 from grazemap.results import MapBorders, UnfoldingDiagram, UnfoldingMap
+from grazemap.results.base import counted
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -68,7 +69,7 @@ def _draw_border_curves(ax: Axes, borders: MapBorders) -> None:
         style = curve_style(kind, 1.0, halo=True)
         for place, curve in enumerate(chosen):
             across, up = smooth_line(curve.line, curve.line, curve.admissible).T
-            label = f"{name}, {len(chosen)} curve{'s' * (len(chosen) > 1)}" if place == 0 else None
+            label = f"{name}, {counted(chosen, 'curve')}" if place == 0 else None
             ax.plot(across, up, label=label, zorder=3, **style)
 
 
@@ -88,5 +89,5 @@ def _draw_steps(ax: Axes, umap: UnfoldingMap, borders: MapBorders, chosen: list[
             lines.append([(across[column + 1], up[row]), (across[column + 1], up[row + 1])])
     ax.add_collection(LineCollection(lines, colors=INK, linewidths=2.2, zorder=3, capstyle="round"))
     ax.add_collection(LineCollection(lines, colors=colour, linewidths=1.2, zorder=3.1, capstyle="round"))
-    label = f"{text} ({len(chosen)} steps)"
+    label = f"{text} ({counted(chosen, 'step')})"
     ax.plot([], [], "-", color=colour, linewidth=1.8, path_effects=rimmed(2.8, INK), label=label)

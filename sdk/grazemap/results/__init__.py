@@ -26,6 +26,7 @@ from grazemap.results.grazing import (
     Unfolding,
 )
 from grazemap.results.orbits import Beyond, OrbitBranch, PeriodicOrbit, SpecialPoint
+from grazemap.results.other_motions import MotionElsewhere, OtherMotion, OtherStarts, OtherStartsOfMap
 from grazemap.results.proofs import Proof
 from grazemap.results.structures import Gaps, HarmonicResponse, Structure
 from grazemap.results.trajectory import Trajectories, Trajectory
@@ -64,9 +65,13 @@ __all__ = [
     "InferredWrong",
     "MapBorders",
     "Motion",
+    "MotionElsewhere",
     "MotionShare",
     "NextContact",
     "OrbitBranch",
+    "OtherMotion",
+    "OtherStarts",
+    "OtherStartsOfMap",
     "PeriodicOrbit",
     "Proof",
     "Result",

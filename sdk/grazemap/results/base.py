@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Container, Mapping, Sequence, Sized
+from dataclasses import field as attribute
 from inspect import Signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -18,8 +19,8 @@ from grazemap.described import described
 from grazemap.errors import ResultFormatError
 from grazemap.results.documents import from_json
 from grazemap.results.fields import TYPES, VERSION, Field, RecordSchema, RequestDocument, ResultSchema
-from grazemap.results.record import ComplexArray, Record, named_field
-from grazemap.units import Refused, example, in_si
+from grazemap.results.record import ComplexArray, Record, changed, named_field
+from grazemap.units import Refused, example, in_si, shown_in, si_unit
 from grazemap.wire import Note
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def outside(what: str, name: str, value: float, ends: tuple[float, float], units
     if units != "SI" or name not in UNITS:
         return ValueError(f"{name} = {value:g} is outside the {what}, which has {low:g} to {high:g}")
     unit = UNITS[name]
-    engineering_unit, factor = ENGINEERING_UNITS[unit]
+    engineering_unit, factor = shown_in(unit, ENGINEERING_UNITS)
     return ValueError(
         f"{name} = {value:g} {unit} is outside the {what}, which has {low:g} to {high:g} {unit}, "
         f"{low * factor:g} to {high * factor:g} {engineering_unit}"
@@ -83,6 +84,7 @@ class Result(Record):
     """process, schema (version of the layout), request (canonical: every default filled in), core_version, numerics,
     units and notes."""
     _document: Document
+    _shown_units: tuple[str, ...] = attribute(default=(), repr=False, compare=False, kw_only=True)
 
     def __init_subclass__(
         cls,
@@ -128,6 +130,35 @@ class Result(Record):
         return str(self.meta["request"]["oscillator"]["units"])
 
     @property
+    def shown_units(self) -> tuple[str, ...]:
+        """The units in place of rad/s and m in pictures and tables: those in which the request was written."""
+        return self._shown_units
+
+    def in_units(self, *units: str) -> Self:
+        """Return the result with other units in its pictures and tables; its arrays stay in rad/s and m.
+
+        Parameters
+        ----------
+        units
+            "Hz", "rpm" or "rad/s" for frequencies, "mm" or "m" for lengths. A quantity without a unit here keeps its
+            own. No unit at all: the result itself.
+
+        Raises
+        ------
+        ValueError
+            Another unit, or the result is nondimensional.
+        """
+        if not units:
+            return self
+        if self.units != "SI":
+            raise ValueError(f"a nondimensional result has no {' or '.join(units)}")
+        chosen = {si_unit(unit): unit for unit in (*self.shown_units, *units)}
+        # a diagram has a map and curves, and many trajectories are results of their own
+        parts = {name: _in_units(part, units) for name, part in vars(self).items() if _has_results(part)}
+        shown = tuple(unit for si, unit in chosen.items() if unit != si)
+        return changed(self, **parts, _shown_units=shown)
+
+    @property
     def notes(self) -> list[Note]:
         """Notes on what is probably not meant in the request, for example a window off the grazing curve."""
         return [Note.model_validate(note) for note in self.meta.get("notes", [])]
@@ -137,8 +168,9 @@ class Result(Record):
 
         A file ending in .npz or .json has the whole result; `grazemap.load` reads both. One ending in .csv, .xlsx or
         .parquet has a `table` of those that `to_dataframe` names, with the units in the heads of its columns; the last
-        two need the extra "tables". Without a name it is that of the points of a map or of basins, or else of the
-        result's own arrays; a workbook has all tables, each on a sheet.
+        two need the extra "tables". Without a name it is that of the points of a map, of basins or of bifurcation
+        curves, or else of the result's own arrays; a workbook has all tables, each on a sheet. Tables have the units of
+        `shown_units`, and with `engineering_units` Hz and mm.
 
         Raises
         ------
@@ -151,7 +183,7 @@ class Result(Record):
         if target.suffix in TABLE_FILES:
             from grazemap.results.tables import write_table
 
-            write_table(self, target, table, engineering_units)
+            write_table(self.in_units(*ENGINEERING_UNITS) if engineering_units else self, target, table)
             return target
         encoders = {".npz": encode_npz, ".json": encode_json}
         if target.suffix not in encoders:
@@ -175,12 +207,13 @@ class Result(Record):
 
         Without a name it is the table of the result's own arrays, such as the points of a curve or the samples of a
         trajectory; this table has the name of their dimension. A result without such arrays gives its only table. The
-        `attrs` of the table have the units. With `engineering_units` frequencies are in Hz and lengths in mm. Raises
-        ValueError for an unknown name, with the known names, and for engineering units of a nondimensional result.
+        `attrs` of the table have the units, which are those of `shown_units`, or with `engineering_units` Hz and mm.
+        Raises ValueError for an unknown name, with the known names, and for engineering units of a nondimensional
+        result.
         """
         from grazemap.results.tables import dataframe
 
-        return dataframe(self, table, engineering_units)
+        return dataframe(self.in_units(*ENGINEERING_UNITS) if engineering_units else self, table)
 
     def derived_tables(self) -> dict[str, Sequence[Any]]:
         """Return the tables of `to_dataframe` that are not in the schema: lists of dataclasses by name."""
@@ -205,6 +238,15 @@ class Result(Record):
 
     def _summary(self) -> str:
         raise NotImplementedError
+
+
+def _has_results(part: Any) -> bool:
+    return isinstance(part, Result) or (isinstance(part, tuple) and any(isinstance(item, Result) for item in part))
+
+
+def _in_units(part: Any, units: Sequence[str]) -> Any:
+    """Return a result, or several, in some units."""
+    return part.in_units(*units) if isinstance(part, Result) else tuple(item.in_units(*units) for item in part)
 
 
 def class_of(process: str, names: Container[str]) -> type[Result]:

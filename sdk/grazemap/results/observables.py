@@ -129,7 +129,8 @@ def quantity_of(result: Any, name: str) -> Quantity:
     """
     variables = {variable.name: (variable, values) for variable, values in variables_of(result)}
     if name not in variables:
-        raise ValueError(f"the result has no {name}; it has {', '.join(variables) or 'no observables'}")
+        asked = f'; ask for observables=["{name}"] with the request' if name in OBSERVABLES else ""
+        raise ValueError(f"the result has no {name}; it has {', '.join(variables) or 'no observables'}{asked}")
     variable, values = variables[name]
     return Quantity(values, name.replace("_", " "), variable.unit_in(result.units))
 

@@ -10,9 +10,11 @@ from grazemap.results.common_records import Common, Motion, State, Sticking
 from grazemap.results.curves import BifurcationCurve, PlaneCurve
 from grazemap.results.fields import RequestDocument
 from grazemap.results.observables import Observed, quantity_of
+from grazemap.results.other_motions import OtherStarts
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import BoolArray, ComplexArray, FloatArray, IntArray, Record, field
 from grazemap.results.stretches import Knots, Stretch, knots_of, stretches_of
+from grazemap.results.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -80,6 +82,7 @@ class PeriodicOrbit(Observed, Result, process="periodic-orbits", rows="impact"):
     excess_stop: int = field("Stop of the maximum in `excess`: +1 right, -1 left, 0 none.")
     start: State = field("The state at phase 0; a trajectory from there follows the orbit.", prefix="start_")
     motion: Motion = field("Its name.", variable="label")
+    other_starts: OtherStarts | None = field(Trajectory)
 
     @property
     def oscillator(self) -> dict[str, Any]:
@@ -111,9 +114,9 @@ class PeriodicOrbit(Observed, Result, process="periodic-orbits", rows="impact"):
         return draw(self, ax, options)
 
     def _summary(self) -> str:
-        if not self.converged:
-            return f"not found: {self.reason}"
-        return f"{self.motion.label}, {self.said}" + (", by simulation" if self.found_by == "simulation" else "")
+        by = ", by simulation" if self.found_by == "simulation" else ""
+        summary = f"{self.motion.label}, {self.said}{by}" if self.converged else f"not found: {self.reason}"
+        return summary if self.other_starts is None else f"{summary}, {self.other_starts}"
 
 
 class Beyond(Record):

@@ -10,8 +10,8 @@ from inspect import Parameter
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, TypeVar, get_args
 
+from grazemap.constants import ENGINEERING_UNITS, PICTURE_STYLES, PictureStyle
 from grazemap.errors import MissingExtra
-from grazemap.results.tables import check_si
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,7 +24,10 @@ A = TypeVar("A")
 F = TypeVar("F", bound=Callable[..., Any])
 
 PICTURES: dict[tuple[type[Result], str], Callable[..., Any]] = {}
-"""The functions that draw results, by class and method; they take the result, ax, options and further keywords."""
+"""The functions that draw results, by class and method.
+
+They take the result, ax, the arguments of the drawing, the style and further keywords.
+"""
 
 
 class PictureOptions(TypedDict, total=False):
@@ -35,10 +38,12 @@ class PictureOptions(TypedDict, total=False):
     labels: bool
     """Whether there are a title and texts of the axes."""
     engineering_units: bool
-    """Whether frequencies are in Hz and lengths in mm."""
+    """Whether frequencies are in Hz and lengths in mm, whatever the `shown_units` of the result."""
+    style: PictureStyle
+    """"screen", or "column": a figure for a column of a journal, 3.4 inches wide."""
 
 
-_DEFAULTS: PictureOptions = {"legend": None, "labels": True, "engineering_units": False}
+_DEFAULTS: PictureOptions = {"legend": None, "labels": True, "engineering_units": False, "style": PICTURE_STYLES[0]}
 
 
 def picture(method: F) -> F:
@@ -56,7 +61,8 @@ def draw(result: Result, ax: A | Axes | None, options: PictureOptions, method: s
     """Draw the picture of a method of a result, on the given axes or those of a new figure, and return the axes.
 
     `arguments` are the arguments of the method that not every picture has. Raises TypeError for an unknown option,
-    ValueError for an unknown place of the legend or engineering units of a nondimensional result, and MissingExtra.
+    ValueError for an unknown place of the legend, an unknown style or engineering units of a nondimensional result, and
+    MissingExtra.
     """
     for name in options:
         if name not in _DEFAULTS:
@@ -64,10 +70,12 @@ def draw(result: Result, ax: A | Axes | None, options: PictureOptions, method: s
     every = _DEFAULTS | options
     if every["legend"] not in (None, *get_args(LegendPlace)):
         raise ValueError(f"legend must be {', '.join(get_args(LegendPlace))} or None, not {every['legend']!r}")
-    if every["engineering_units"]:
-        check_si(result)
+    if every["style"] not in PICTURE_STYLES:
+        raise ValueError(f"style must be {' or '.join(PICTURE_STYLES)}, not {every['style']!r}")
+    shown = result.in_units(*ENGINEERING_UNITS) if every["engineering_units"] else result
     plots()
-    drawn: A = PICTURES[type(result), method](result, ax, every, **arguments)
+    place = {"legend": every["legend"], "labels": every["labels"], "shown_units": shown.shown_units}
+    drawn: A = PICTURES[type(result), method](shown, ax, place, style=every["style"], **arguments)
     return drawn
 
 

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grazemap.constants import ENGINEERING_UNITS
 from grazemap.errors import MissingExtra
 from grazemap.results.fields import Field, RecordSchema
 from grazemap.results.observables import outputs_of
+from grazemap.units import shown_in
 from grazemap.wire.planes import unit_of
 
 if TYPE_CHECKING:
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 _Columns = dict[str, tuple[Field, list[Any]]]
 
 POINTS = "points"
-"""The table of the points of a plane."""
+"""The table of the points of a plane, or of those of curves."""
 
-_PLANE = ("vertical", "horizontal")
+_PLANE, _CURVE, _POINT = ("vertical", "horizontal"), ("curve",), ("point",)
 # Characters of the longest text in a printed table.
 _WIDEST = 24
 # pandas types of columns that can hold None.
@@ -41,11 +41,11 @@ def tables(result: Result) -> list[str]:
     ]
     stored = [name for name in stored if name != "outputs" or _are_rows(result)]
     rows = [result.schema.rows] if result.schema.rows else []
-    return [*rows, *stored, *result.derived_tables(), *([POINTS] if _plane_of(result) is not None else [])]
+    return [*rows, *stored, *result.derived_tables(), *([POINTS] if _has_points(result) else [])]
 
 
-def dataframe(result: Result, name: str | None, engineering_units: bool) -> pandas.DataFrame:
-    """Return a table of a result; with `engineering_units` frequencies are in Hz and lengths in mm.
+def dataframe(result: Result, name: str | None) -> pandas.DataFrame:
+    """Return a table of a result, in its `shown_units`.
 
     Raises
     ------
@@ -53,37 +53,27 @@ def dataframe(result: Result, name: str | None, engineering_units: bool) -> pand
         pandas is not installed.
     ValueError
         The result has no such table; or `name` is None, and the result has neither a table of its own arrays nor
-        exactly one other table; or the result is nondimensional, and `engineering_units` are wanted.
+        exactly one other table.
     """
     try:
         import pandas
     except ImportError as error:
         raise MissingExtra("to_dataframe()", "pandas") from error
     names = tables(result)
-    if name is None and (result.schema.rows or len(names) - (_plane_of(result) is not None) == 1):
+    if name is None and (result.schema.rows or len(names) - _has_points(result) == 1):
         name = names[0]
-    shown = shown_columns(result, name, engineering_units)
+    shown = shown_columns(result, name)
     table = pandas.DataFrame({key: pandas.Series(column.values, dtype=column.dtype) for key, column in shown.items()})
     table.attrs["units"] = {key: column.unit for key, column in shown.items() if column.unit}
     return table
 
 
-def shown_columns(result: Result, name: str | None, engineering_units: bool) -> dict[str, Column]:
-    """Return the columns of a table of a result, with `engineering_units` in Hz and mm. Raises ValueError."""
+def shown_columns(result: Result, name: str | None) -> dict[str, Column]:
+    """Return the columns of a table of a result, in its `shown_units`. Raises ValueError."""
     names = tables(result)
     if name is None or name not in names:
         raise ValueError(f"a {type(result).__name__} has the tables: {', '.join(names) or 'none'}")
-    shown = columns(result, name)
-    if engineering_units:
-        check_si(result)
-        shown = {key: _in_engineering_units(column) for key, column in shown.items()}
-    return shown
-
-
-def check_si(result: Result) -> None:
-    """Raise ValueError for engineering units of a result that is not in SI."""
-    if result.units != "SI":
-        raise ValueError("engineering_units: a nondimensional result has neither Hz nor mm")
+    return {key: _in_units(column, result.shown_units) for key, column in columns(result, name).items()}
 
 
 class Column(NamedTuple):
@@ -97,8 +87,8 @@ class Column(NamedTuple):
     """Its unit."""
 
 
-def _in_engineering_units(column: Column) -> Column:
-    unit, factor = ENGINEERING_UNITS.get(column.unit, (column.unit, 1.0))
+def _in_units(column: Column, shown: Sequence[str]) -> Column:
+    unit, factor = shown_in(column.unit, shown)
     if factor == 1.0:
         return column
     if isinstance(column.values, np.ndarray):
@@ -118,6 +108,9 @@ def columns(result: Result, name: str) -> dict[str, Column]:
     plane = _plane_of(result)
     if name == POINTS and plane is not None:
         return _points(plane)
+    curves = _curves_of(result)
+    if name == POINTS and curves is not None:
+        return _points_of_curves(result, curves)
     collected: _Columns = {}
     if name == result.schema.rows:
         _add_arrays(collected, result, name)
@@ -143,6 +136,49 @@ def _plane_of(result: Result) -> Result | None:
     return plane if any(field.dims == _PLANE for field in plane.schema.derived) else None
 
 
+def _curves_of(result: Result) -> Field | None:
+    """Return the field of a result that has curves with points; None if there is none."""
+    return next((field for field in result.schema if field.dims == _CURVE), None)
+
+
+def _inside(curves: Field) -> tuple[Field, ...]:
+    assert isinstance(curves.type, RecordSchema)
+    return curves.type.fields
+
+
+def _has_points(result: Result) -> bool:
+    return _plane_of(result) is not None or _curves_of(result) is not None
+
+
+def _points_of_curves(result: Result, curves: Field) -> dict[str, Column]:
+    """Return the columns of the points of curves: the position of the curve, what it is, and the numbers of a point."""
+    items = getattr(result, curves.name)
+    axes: dict[str, str] = dict(zip(reversed(_PLANE), getattr(result, "parameters", ()), strict=False))
+    lengths = [_length(curves, item) for item in items]
+    table = {curves.dims[0]: Column(np.repeat(np.arange(len(items)), lengths))}
+    for inner in _inside(curves):
+        values = [getattr(item, inner.name) for item in items]
+        if all(value is None for value in values) or (inner.dims and inner.dims != _POINT):
+            continue
+        unit = inner.unit_in(result.units) or ""
+        if inner.dims:
+            pairs = zip(values, lengths, strict=True)
+            shown = [np.full(length, np.nan) if value is None else value for value, length in pairs]
+            name = axes.get(inner.name, inner.name)
+            unit = unit_of(name) if name != inner.name and result.units == "SI" else unit
+            table[name] = Column(np.concatenate([np.zeros(0), *shown]), None, unit)
+        elif isinstance(inner.type, str) and inner.type != "complex":
+            repeated = [value for value, length in zip(values, lengths, strict=True) for _ in range(length)]
+            table[inner.name] = Column(repeated, _dtype(inner, repeated), unit)
+    return table
+
+
+def _length(curves: Field, item: Any) -> int:
+    """Return the number of points of a curve."""
+    arrays = (getattr(item, inner.name) for inner in _inside(curves) if inner.dims == _POINT)
+    return next(len(values) for values in arrays if values is not None)
+
+
 def _points(plane: Result) -> dict[str, Column]:
     """Return the columns of the points of a plane: both coordinates, the names of motions, and all numbers."""
     up, across = (np.asarray(getattr(plane, role)) for role in _PLANE)
@@ -164,7 +200,7 @@ def _points(plane: Result) -> dict[str, Column]:
     return table
 
 
-def write_table(result: Result, path: Path, name: str | None, engineering_units: bool) -> None:
+def write_table(result: Result, path: Path, name: str | None) -> None:
     """Write a table of a result, or all of them into a workbook; the units are in the heads of the columns.
 
     Raises
@@ -172,12 +208,12 @@ def write_table(result: Result, path: Path, name: str | None, engineering_units:
     MissingExtra
         What writes the form is not installed.
     ValueError
-        As `dataframe`, but no name is needed: the points of a plane come first, then the result's own arrays.
+        As `dataframe`, but no name is needed: the points come first, then the result's own arrays.
     """
     names = tables(result)
-    first = POINTS if _plane_of(result) is not None else next(iter(names), None)
+    first = POINTS if _has_points(result) else next(iter(names), None)
     if path.suffix == ".csv":
-        shown = shown_columns(result, name or first, engineering_units)
+        shown = shown_columns(result, name or first)
         with path.open("w", encoding="utf-8", newline="") as file:
             writer = csv.writer(file)
             writer.writerow(_head(key, column.unit) for key, column in shown.items())
@@ -185,7 +221,7 @@ def write_table(result: Result, path: Path, name: str | None, engineering_units:
         return
     sheets = [name] if name or path.suffix == ".parquet" else list(dict.fromkeys([first, *names]))
     try:
-        frames = {sheet or "": _headed(dataframe(result, sheet or first, engineering_units)) for sheet in sheets}
+        frames = {sheet or "": _headed(dataframe(result, sheet or first)) for sheet in sheets}
         if path.suffix == ".parquet":
             next(iter(frames.values())).to_parquet(path, index=False)
             return
@@ -222,7 +258,7 @@ def text(table: Mapping[str, Column], rows: int, width: int) -> list[str]:
     numbers = _aligned("", list(map(str, range(shown))))
     blocks: list[list[str]] = []
     for key, column in table.items():
-        cells = _aligned(key, list(map(_cell, column.values[:shown])))
+        cells = _aligned(_head(key, column.unit), list(map(_cell, column.values[:shown])))
         if not blocks or len(blocks[-1][0]) + 2 + len(cells[0]) > width:
             blocks.append(list(numbers))
         blocks[-1] = [f"{line}  {cell}" for line, cell in zip(blocks[-1], cells, strict=True)]

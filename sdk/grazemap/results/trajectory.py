@@ -12,6 +12,7 @@ from grazemap.results.common_records import Impacts, Motion, State, Sticking
 from grazemap.results.documents import meta_of_part
 from grazemap.results.fields import RecordSchema
 from grazemap.results.observables import Observed
+from grazemap.results.other_motions import OtherStarts
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import FloatArray, field
 
@@ -35,6 +36,9 @@ class Trajectory(Observed, Result, process="trajectories", rows="time"):
         "The state at the end of the record, from which another trajectory can continue; null where there is none.",
         prefix="final_",
     )
+    other_starts: OtherStarts | None = field(
+        "What other starts lead to.", when="where `other_starts` asks for some", variable=None
+    )
 
     @picture
     def plot(
@@ -47,7 +51,8 @@ class Trajectory(Observed, Result, process="trajectories", rows="time"):
         return draw(self, ax, options, mass=mass)
 
     def _summary(self) -> str:
-        return f"{counted(self.impacts, 'impact')}, motion {self.motion.label or self.motion.kind}"
+        summary = f"{counted(self.impacts, 'impact')}, motion {self.motion.label or self.motion.kind}"
+        return summary if self.other_starts is None else f"{summary}, {self.other_starts}"
 
 
 class Trajectories(Result, process="trajectories"):

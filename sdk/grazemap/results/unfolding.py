@@ -26,6 +26,7 @@ from grazemap.results.curves import BifurcationCurves, PlaneCurve
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve, StopGrazingCurves
 from grazemap.results.motions import motions_of
 from grazemap.results.observables import Observed, quantity_of
+from grazemap.results.other_motions import OtherStartsOfMap
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, changed, field, stored
 from grazemap.wire import UnfoldingMapsRequest, motion_label
@@ -225,6 +226,11 @@ class UnfoldingMap(
         variable=None,
     )
     chance_to_settle: ChanceToSettle | None = field(CHANCE, when="of maps with chaotic points")
+    other_starts: OtherStartsOfMap | None = field(
+        "What other starts lead to at a sample of the points.",
+        when="of maps from rest with 2000 points or more that are not previews",
+        variable=None,
+    )
 
     @classmethod
     def _attributes(cls, document: Document, meta: dict[str, Any]) -> dict[str, Any]:
@@ -464,7 +470,8 @@ class UnfoldingMap(
         ]
         parts += [] if self.resolved is None else [f"{np.count_nonzero(self.resolved)} resolved in more digits"]
         parts += ["a preview"] if self.preview else []
-        parts += [str(record) for record in (self.inferred_wrong, self.chance_to_settle) if record is not None]
+        samples = (self.inferred_wrong, self.chance_to_settle, self.other_starts)
+        parts += [str(record) for record in samples if record is not None]
         return ", ".join(parts)
 
 

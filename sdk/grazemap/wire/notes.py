@@ -21,6 +21,11 @@ if TYPE_CHECKING:
 else:
     np = Later("numpy")
 
+OTHER_MOTIONS = "other-motions"
+"""The code of the note of a result at a point that other stable motions were seen."""
+OTHER_MOTIONS_IN_MAP = "other-motions-in-map"
+"""The code of that note of a map."""
+
 Span = tuple[float, float]
 # Frequencies at which the grazing curve is looked at, besides the natural ones; and that of a machine that is no chain
 # with mass 1 between equal stops, where only the highest place of the curve counts.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from itertools import pairwise
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -36,7 +36,7 @@ from grazemap.wire.planes import (
     vary_of,
 )
 from grazemap.wire.process import Operation, PointRequest, ShortForms
-from grazemap.wire.states import InitialState, MaxPeriod, Multiple, Period
+from grazemap.wire.states import InitialState, MaxPeriod, Multiple, OtherStarts, Period
 from grazemap.wire.structure import ClearancePair, as_pair, restitutions
 
 MAX_IMPACTS = 256
@@ -98,7 +98,35 @@ class OrbitMotion(Request):
                 raise invalid("an impact is on a stop that is absent", "stops that clearance gives", *at, "stops")
 
 
-class PeriodicOrbitsRequest(PointRequest, ObservedRequest):
+class OrbitRequest(PointRequest, ObservedRequest):
+    """Base of the requests of a periodic motion with impacts.
+
+    It is looked for near `motion`, or near the motion that the trajectory from `initial` settles to within
+    `transient_periods`. Where both are left out, the trajectory starts at rest.
+    """
+
+    motion: OrbitMotion | None = None
+    """The motion that is looked for; instead of initial."""
+    initial: InitialState | None = None
+    """Initial state of the trajectory whose motion is solved for; left out, at rest."""
+    transient_periods: OptionalCount = 1000
+    """Forcing periods in which the trajectory from the initial state settles; not used where a motion is given."""
+    max_period: MaxPeriod = 32
+
+    @model_validator(mode="after")
+    def _one_guess(self) -> Self:
+        if self.motion is not None and self.initial is not None:
+            raise invalid("both motion and initial are given", "one of them", "initial")
+        if self.motion is None:
+            state = (self.initial or InitialState()).fitted(self.oscillator, self.clearance, ("initial",))
+            self._replace("initial", state)
+        else:
+            self.motion.require_period_of(self.oscillator, "motion")
+            self.motion.require_stops(as_pair(self.clearance), "motion")
+        return self
+
+
+class PeriodicOrbitsRequest(OrbitRequest):
     """A periodic motion with impacts, solved for by Newton's method from the equations of its impacts.
 
     It is looked for near `motion`, or near the motion that the trajectory from `initial` settles to within
@@ -115,28 +143,17 @@ class PeriodicOrbitsRequest(PointRequest, ObservedRequest):
         },
     )
 
-    motion: OrbitMotion | None = None
-    """The motion that is looked for; instead of initial."""
-    initial: InitialState | None = None
-    """Initial state of the trajectory whose motion is solved for; left out, at rest."""
-    transient_periods: OptionalCount = 1000
-    """Forcing periods in which the trajectory from the initial state settles; not used where a motion is given."""
-    max_period: MaxPeriod = 32
+    other_starts: Annotated[OtherStarts, LeftOut] = 0
 
     @model_validator(mode="after")
-    def _one_guess(self) -> PeriodicOrbitsRequest:
-        if self.motion is not None and self.initial is not None:
-            raise invalid("both motion and initial are given", "one of them", "initial")
-        if self.motion is None:
-            state = (self.initial or InitialState()).fitted(self.oscillator, self.clearance, ("initial",))
-            self._replace("initial", state)
-        else:
-            self.motion.require_period_of(self.oscillator, "motion")
-            self.motion.require_stops(as_pair(self.clearance), "motion")
+    def _start_is_compared(self) -> PeriodicOrbitsRequest:
+        if self.other_starts and self.motion is not None:
+            detail = "other_starts are compared with the motion from an initial state"
+            raise invalid(detail, "0, or no motion", "other_starts")
         return self
 
 
-class OrbitBranchesRequest(PeriodicOrbitsRequest):
+class OrbitBranchesRequest(OrbitRequest):
     """The branch of a periodic orbit over a parameter, with its special points.
 
     `vary` "clearance" or "restitution" is that of both stops, which must be equal; with "_right" or "_left" it is that

@@ -36,7 +36,7 @@ from grazemap.wire.base import (
 from grazemap.wire.observables import ObservedRequest
 from grazemap.wire.oscillator import Oscillator
 from grazemap.wire.process import Operation, ProcessRequest, ShortForms
-from grazemap.wire.states import MaxPeriod, MaxPeriods, Seed
+from grazemap.wire.states import MOST_OTHER_STARTS, MaxPeriod, MaxPeriods, Seed
 from grazemap.wire.structure import (
     SIDES,
     ClearancePair,
@@ -51,6 +51,8 @@ from grazemap.wire.structure import (
 
 AXES = ("horizontal", "vertical")
 """The fields of a request that have the two parameters of a plane."""
+# So many find a motion to which a quarter of the states lead nine times in ten.
+OTHER_STARTS_OF_MAP = 8
 
 _PLAIN_NAMES = ("omega", "bias", "forcing", "damping")
 OF_STOPS = tuple(f"{name}{side}" for name in ("clearance", "restitution") for side in ("", "_right", "_left"))
@@ -562,6 +564,13 @@ class UnfoldingMapsRequest(PlaneRequest, ObservedRequest):
     """Whether only periodic motions are identified: faster, without multipliers, exponents and chaos."""
     resolve_sensitive: Annotated[bool, LeftOut] = False
     """Whether the motions of sensitive points are decided in more digits, which takes seconds a point."""
+    # the same where it is left out, so that requests keep their text
+    other_starts: Annotated[
+        int,
+        Field(ge=0, le=MOST_OTHER_STARTS, exclude_if=lambda starts: starts == OTHER_STARTS_OF_MAP),
+        Listable,
+    ] = OTHER_STARTS_OF_MAP
+    """Random starts tried at each point of a sample, for other stable motions than from rest; 0: no sample."""
 
     @model_validator(mode="after")
     def _options_agree(self) -> UnfoldingMapsRequest:
@@ -580,5 +589,11 @@ class UnfoldingMapsRequest(PlaneRequest, ObservedRequest):
         return self
 
     def unused(self) -> Collection[str]:
-        """Return the names of the fields of ensembles for other policies."""
-        return () if self.policy == "ensemble" else ("initial_conditions", "seed")
+        """Return the names of the fields of ensembles for other policies, and of those for maps from rest."""
+        of_ensemble = () if self.policy == "ensemble" else ("initial_conditions", "seed")
+        return of_ensemble if self.samples_other_starts else (*of_ensemble, "other_starts")
+
+    @property
+    def samples_other_starts(self) -> bool:
+        """Whether other starts are tried: in maps from rest that are not previews."""
+        return self.policy == "rest" and not self.preview

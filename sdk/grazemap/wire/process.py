@@ -131,11 +131,12 @@ NAMED = {
 def in_one_form(body: Any, forms: ShortForms) -> tuple[Any, Places]:
     """Return a request in its one form, and where its parts were written.
 
-    An axis or a short form that is null is not there.
+    An axis or a short form that is null is not there. Where the clearance varies and that of one stop is given, it is
+    that of the other stop which varies.
     """
     if not isinstance(body, dict):
         return body, {}
-    body = without_nulls(body, (*forms.axes, *NAMED))
+    body = _with_the_side_that_varies(without_nulls(body, (*forms.axes, *NAMED)), forms)
     if not body.keys().isdisjoint(forms.axes):
         return body, {}
     varied = [name for field in forms.values for name in _varied(body, field)]
@@ -154,6 +155,20 @@ def in_one_form(body: Any, forms: ShortForms) -> tuple[Any, Places]:
     axis |= {"values": body["range"]} if "range" in body else {}
     others = {name: value for name, value in body.items() if name not in NAMED}
     return others | {forms.axes[0]: axis}, _places(forms.axes[0], ("vary",), ("range",))
+
+
+def _with_the_side_that_varies(body: dict[str, Any], forms: ShortForms) -> dict[str, Any]:
+    """Return a request in which an axis of the clearance is that of the one stop which is not given."""
+    given = body.get("clearance")
+    # along a branch both stops are given, as they are at its orbit
+    if forms.vary == "clearance" or not isinstance(given, Mapping) or len(given) != 1 or not {*given} <= {*SIDES}:
+        return body
+    (other,) = {*SIDES} - {*given}
+    of_other = f"clearance_{other}"
+    if body.get("vary") == "clearance":
+        return body | {"vary": of_other}
+    axes = {name: body[name] for name in forms.axes if isinstance(body.get(name), Mapping)}
+    return body | {name: {**axis, "vary": of_other} for name, axis in axes.items() if axis.get("vary") == "clearance"}
 
 
 def _varied(body: Mapping[str, Any], field: str) -> Iterator[tuple[str, Place]]:

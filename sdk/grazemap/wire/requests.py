@@ -35,7 +35,7 @@ from grazemap.wire.planes import (
     example_axis,
 )
 from grazemap.wire.process import Operation, PointRequest, ProcessRequest, ShortForms
-from grazemap.wire.states import InitialState, InitialStates, MaxPeriod, MaxPeriods, Multiple
+from grazemap.wire.states import InitialState, InitialStates, MaxPeriod, MaxPeriods, Multiple, OtherStarts
 from grazemap.wire.structure import ClearancePair, OtherClearance, StopName, varied_stop
 
 Order = Annotated[int, Field(ge=1, le=200), Listable]
@@ -207,6 +207,14 @@ class TrajectoriesRequest(PointRequest, ObservedRequest):
                 "clearance": {"right": 0.8, "left": None},
                 "periods": 10,
             },
+            "from rest, and what other starts lead to": {
+                "oscillator": {"masses": [1.0], "stiffnesses": [1.0], "damping": 0.04, "forcing": [1.0]},
+                "omega": 1.5,
+                "clearance": {"right": 1.0, "left": None},
+                "periods": 20,
+                "transient_periods": 100,
+                "other_starts": 64,
+            },
             "from many states": {
                 "omega": 0.29,
                 "clearance": 1.6,
@@ -226,6 +234,13 @@ class TrajectoriesRequest(PointRequest, ObservedRequest):
     """Number of equally spaced samples in each forcing period; instead of times."""
     times: Annotated[NonEmpty[NonNegative] | None, LeftOut] = None
     """Times of the samples within the record, increasing; instead of samples_per_period."""
+    other_starts: Annotated[OtherStarts, LeftOut] = 0
+
+    @model_validator(mode="after")
+    def _one_start_is_compared(self) -> TrajectoriesRequest:
+        if self.other_starts and not isinstance(self.initial, InitialState):
+            raise invalid("other_starts are compared with one initial state", "0, or one state", "other_starts")
+        return self
 
     @model_validator(mode="after")
     def _initial_states_fit(self) -> TrajectoriesRequest:

@@ -67,6 +67,7 @@ class Asked(NamedTuple):
     """What a request says about one machine in SI."""
 
     oscillator: Oscillator
+    """The machine."""
     omega: Span | None
     """The frequencies asked for."""
     stops: Span | None
@@ -81,7 +82,9 @@ class Slip(NamedTuple):
     """A quantity that was meant in another unit; without a remedy, it was meant as a ratio of the damping."""
 
     code: str
+    """The code of its note."""
     remedy: str
+    """What to do about it."""
     undone: Callable[[Asked], Asked | None]
     """Returns the request as it was meant; None where it has no such quantity."""
 

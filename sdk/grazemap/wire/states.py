@@ -27,6 +27,16 @@ MaxPeriods = Annotated[
     ),
     Listable,
 ]
+MOST_OTHER_STARTS = 1000
+OtherStarts = Annotated[
+    int,
+    Field(
+        ge=0,
+        le=MOST_OTHER_STARTS,
+        description="Number of random starts that are tried beside the given one, for other stable motions; 0: none.",
+    ),
+    Listable,
+]
 Multiple = Annotated[int, Field(ge=1, le=100), Listable]
 
 

@@ -15,6 +15,7 @@ from fastapi import APIRouter, Header, Path, Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
 from pydantic import BaseModel
 
+from grazemap.constants import PICTURE_FILES, PICTURE_STYLES, TABLE_FILES, PictureStyle
 from grazemap.wire import FINISHED, Job, Link
 from grazemap_service.context import Context, CurrentContext
 from grazemap_service.jobs import CurrentRequester, KnownJob, job_path, job_response, submit_again
@@ -54,9 +55,13 @@ Table = Annotated[
     Query(
         max_length=64,
         pattern="^[a-z_]*$",
-        description="The table, for csv, parquet and xlsx. Without it: the points of a map or of basins, or else the "
-        "arrays of the result; all tables in xlsx.",
+        description="The table, for csv, parquet and xlsx. Without it: the points of a map, of basins or of "
+        "bifurcation curves, or else the arrays of the result; all tables in xlsx.",
     ),
+]
+Style = Annotated[
+    PictureStyle,
+    Query(description="The style of a picture, for pdf, png and svg: column is 3.4 inches wide, for a journal."),
 ]
 # These are lists, because a header may have several lines (RFC 9110 5.3).
 Accept = Annotated[list[str] | None, Header(include_in_schema=False)]
@@ -120,10 +125,11 @@ async def get_result(
     requester: CurrentRequester,
     requested_form: ResultForm = None,
     table: Table = "",
+    style: Style = PICTURE_STYLES[0],
     if_none_match: IfNoneMatch = None,
 ) -> Response:
     """Return the whole result, a table or a picture of it; for a failed job, the problem that it failed with."""
-    return await result_response(request, context, job, requester, requested_form, if_none_match, table)
+    return await result_response(request, context, job, requester, requested_form, if_none_match, table, style)
 
 
 async def result_response(
@@ -134,6 +140,7 @@ async def result_response(
     requested_form: str | None = None,
     if_none_match: Sequence[str] | None = None,
     table: str = "",
+    style: PictureStyle = PICTURE_STYLES[0],
 ) -> Response:
     """Return a response with the result of a job, in the form that the request accepts."""
     form = negotiate(", ".join(request.headers.getlist("accept")), requested_form, RESULT_TYPES)
@@ -146,7 +153,9 @@ async def result_response(
     info = await run_sync(results.info, job.id, _READ_AT_ONCE, limiter=context.threads) if finished else None
     # The digest of an evicted result is kept with its job, so a client that has a copy of the result still gets 304.
     etag = info.etag if info is not None else await run_sync(results.etag, job.id, limiter=context.threads)
-    headers = cache_headers(etag or "", form, table)
+    is_styled = f".{form}" in PICTURE_FILES and style != PICTURE_STYLES[0]
+    variant = style if is_styled else table if f".{form}" in TABLE_FILES else ""
+    headers = cache_headers(etag or "", form, variant)
     if etag is not None and is_fresh(", ".join(if_none_match or ()), headers["ETag"]):
         return Response(status_code=304, headers=headers)
     if not finished:
@@ -159,7 +168,7 @@ async def result_response(
     if form == "npz" and info.data is not None:
         return Response(info.data, media_type=NPZ_TYPE, headers=headers)
     representation = await context.representations.acquire(
-        headers["ETag"], form, info.size, lambda: info.data or results.data(job.id, info.etag), table
+        headers["ETag"], form, info.size, lambda: info.data or results.data(job.id, info.etag), variant
     )
     if representation is None:
         return await _recompute(request, context, job, requester)

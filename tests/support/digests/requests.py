@@ -244,7 +244,24 @@ _QUICK: dict[str, dict[str, Body]] = {
 }
 
 _MAPS: dict[str, dict[str, Body]] = {
+    "trajectories": {
+        "other starts": {
+            "oscillator": {**ONE, "damping": 0.04},
+            "omega": 1.5,
+            "clearance": {"right": 1.1, "left": None},
+            "periods": 2,
+            "transient_periods": 300,
+            "samples_per_period": 8,
+            "other_starts": 32,
+        },
+    },
     "unfolding-maps": {
+        "other starts": {
+            "oscillator": {**ONE, "damping": 0.04},
+            "omega": {"start": 1.45, "stop": 1.55, "points": 50},
+            "clearance": {"right": {"start": 1.05, "stop": 1.2, "points": 80}, "left": None},
+            "max_periods": 300,
+        },
         "chain": MAP,
         "sweep": {**MAP, "policy": "sweep-down", "oscillator": {"restitution": 0.6}, "max_periods": 200},
         "ensemble": {

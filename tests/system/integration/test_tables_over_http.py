@@ -58,3 +58,12 @@ def test_a_table_that_there_is_not_is_named(path: str) -> None:
     assert answer.status_code == 406
     assert "has the tables: motions, points" in answer.json()["detail"]
     assert httpx2.get(f"{path}?f=csv&table=../etc").status_code == 422
+
+
+def test_a_picture_for_a_column_is_another_representation(path: str) -> None:
+    wide, column = (httpx2.get(f"{path}?f=svg{style}", timeout=60.0) for style in ("", "&style=column"))
+    assert wide.headers["etag"] != column.headers["etag"]
+    # 3.4 inches of 72 points
+    assert b'width="244.8pt"' in column.content
+    assert b'width="244.8pt"' not in wide.content
+    assert httpx2.get(f"{path}?f=svg&style=poster").status_code == 422

@@ -508,7 +508,7 @@ def test_the_method_of_a_new_process_follows_from_its_request(monkeypatch):
     )
     for part in ("Compute a toy.", 'level : {"low", "high"}\n    How much of it.', "References\n----------\nA book."):
         assert part in method.doc
-    request, progress = method.request_for(omega=(0.2, 0.3), points=4, progress=False)
+    request, progress, _ = method.request_for(omega=(0.2, 0.3), points=4, progress=False)
     assert (request.omega.points, request.window, progress) == (4, None, False)
     assert "/level" in refused(method.request_for, omega=[0.2, 0.3], level="none")
 

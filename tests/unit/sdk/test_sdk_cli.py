@@ -284,7 +284,7 @@ def test_an_orbit_that_was_not_found_is_written_reported_and_has_its_own_exit_co
     assert run(REQUESTS[process], "orbit.npz", process)[::2] == (0, "")
     nothing = {"converged": False} if process == "periodic-orbits" else {"parameter": np.empty(0)}
     lost = npz(process, {**nothing, "reason": "it is too far away"})
-    monkeypatch.setattr("tests.support.sdk_fake_service.npz", lambda name: lost)
+    monkeypatch.setattr("tests.support.sdk_fake_service.npz", lambda *_, **__: lost)
     code, _, errors = run({**REQUESTS[process], "max_period": 7}, "lost.npz", process)
     assert (code, errors) == (3, "grazemap: no periodic orbit was found: it is too far away\n")
     assert grazemap.load(tmp_path / "lost.npz").reason == "it is too far away"

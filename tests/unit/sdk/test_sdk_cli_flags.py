@@ -370,13 +370,22 @@ def test_units_are_of_the_oscillator_in_json_too(run, service, tmp_path, capsys)
 
 
 @pytest.mark.parametrize(
-    ("omega", "engineering"), [("1Hz:2Hz:3", True), ("6.3rad/s:12.6rad/s:3", False), ("6.3:12.6:3", False)]
+    ("omega", "shown"),
+    [
+        ("1Hz:2Hz:3", ("Hz", "mm")),
+        ("60rpm:120rpm:3", ("rpm", "mm")),
+        ("6.3rad/s:12.6rad/s:3", ()),
+        ("6.3:12.6:3", ()),
+    ],
 )
-def test_a_picture_has_the_units_that_were_written(run, tmp_path, monkeypatch, omega, engineering):
+def test_a_picture_has_the_units_that_were_written(run, tmp_path, monkeypatch, omega, shown):
     drawn = []
-    monkeypatch.setattr(plots, "save_picture", lambda *drawing: drawn.append(drawing[2]))
-    assert run("grazing-curves", *SI, "--omega", omega, "--plot", str(tmp_path / "curve.svg")) == 0
-    assert drawn == [engineering]
+    monkeypatch.setattr(plots, "save_picture", lambda result, *_, **options: drawn.append((result, options)))
+    command = [*SI, "--omega", omega, "--plot", str(tmp_path / "curve.svg"), "--style", "column"]
+    assert run("grazing-curves", *command) == 0
+    ((result, options),) = drawn
+    assert result.shown_units == shown
+    assert options == {"style": "column"}
 
 
 def test_a_saved_result_in_si_is_drawn_in_hertz_and_millimetres(tmp_path, capsys):
@@ -398,7 +407,7 @@ def test_a_saved_result_in_si_is_drawn_in_hertz_and_millimetres(tmp_path, capsys
     ("words", "note"),
     [
         ("--omega 10Hz,13Hz --clearance 1mm:2mm:2", "for a range write 10Hz:13Hz:POINTS"),
-        ("--omega 2:3:48 --clearance 1mm:2mm:2", "12.57 rad/s, 2 Hz: write --omega 2Hz:3Hz:48 if Hz was meant"),
+        ("--omega 2:3:48 --clearance 1mm:2mm:2", ": write --omega 2Hz:3Hz:48 if Hz was meant"),
         ("--omega 2Hz:3Hz:4 --clearance 10:60:4", "write --clearance 10mm:60mm:4 if mm was meant"),
     ],
 )

@@ -87,13 +87,19 @@ def test_a_table_in_si_has_hertz_and_millimetres_where_they_are_wanted():
 def test_every_table_of_every_result_has_rows_for_its_records(process):
     result = result_of(process)
     for name in tables.tables(result):
-        if name == "points" and not hasattr(result, name):  # of a plane
-            assert len(result.to_dataframe(name)) == len(result.vertical) * len(result.horizontal)
+        if name == "points" and not hasattr(result, name):  # of curves, or of a plane
+            curves = getattr(result, "curves", None)
+            points = len(result.vertical) * len(result.horizontal) if curves is None else sum(map(points_of, curves))
+            assert len(result.to_dataframe(name)) == points
             continue
         own = {"point": "omega", "impact": "stops"}.get(name, name)
         records = result.derived_tables().get(name) or getattr(result, own)
         rows = len(records.order) if name == "next_contact" else len(records)
         assert len(result.to_dataframe(name)) == rows, name
+
+
+def points_of(curve) -> int:
+    return len(curve.line)
 
 
 def test_another_table_is_refused_with_the_names_of_those_there_are():

@@ -13,9 +13,11 @@ from grazemap import cli
 from grazemap.client.messages import warn_about
 from grazemap.codec import decode_npz, encode_npz
 from grazemap.errors import ParameterError, RequestWarning
-from grazemap.results import decode_result
+from grazemap.results import decode_result, load
+from grazemap.results.record import changed
 from grazemap.wire import Note, Oscillator, notes_on, parse_request, unstated
 from grazemap.wire.linear import matrices, steady_amplitude
+from grazemap.wire.notes import OTHER_MOTIONS
 from tests.support.sdk_documents import npz
 
 SI = {"units": "SI", "masses": [2.0], "stiffnesses": [800.0], "damping": 0.001, "forcing": [12.0]}
@@ -82,7 +84,7 @@ def test_what_is_probably_not_meant_is_noted(process, body, expected):
     ("damping", "expected"),
     [
         (0.02, ["strong-damping"]),
-        ([0.02, 0.02], ["weak-damping"]),
+        ([0.02, 0.02], ["damping-in-newton-seconds-per-millimetre", "weak-damping"]),
         ([300.0, 300.0], ["strong-damping"]),
         (5e-4, []),
         ([3.0, 3.0], []),
@@ -95,7 +97,7 @@ def test_a_damping_in_si_that_may_be_a_ratio_is_noted(damping, expected):
     body = {"oscillator": {**machine, "damping": damping}, "omega": span(60.0, 80.0)}
     notes = notes_on(parse_request("grazing-curves", body))
     assert [note.code for note in notes] == expected
-    for note in notes:
+    for note in notes[-1:]:
         # the number that is suggested gives the first mode this ratio
         suggested = float(re.search(r"the number (\S+)$", note.detail)[1])
         assert Oscillator(**machine, damping=suggested).damping_ratios[0] == pytest.approx(0.02, rel=1e-3)
@@ -278,17 +280,47 @@ def test_a_gap_in_millimetres_is_noted_for_every_machine_and_process(name):
             assert codes("trajectories", {**body, "clearance": scaled(clearance, factor)}) == []
 
 
-def test_the_note_on_millimetres_says_how_far_the_steady_motion_goes():
+def test_a_note_on_units_says_the_sizes_that_it_compares():
     oscillator, omega, _, _ = MACHINES["two unlike stops"]
     machine = Oscillator(units="SI", **oscillator)
     body = {"oscillator": machine, "omega": omega, "clearance": {"right": 4.0, "left": 3.0}, "periods": 3}
-    (note,) = notes_on(parse_request("trajectories", body))
-    farthest = float(re.search(r"at most (\S+) m", note.detail)[1])
-    # dense samples in time of the exact motion at resonances, shifted by the bias
-    _, _, stiffness = matrices(machine)
-    place = float(np.linalg.solve(stiffness, machine.bias)[0])
-    reached = steady_amplitude(machine, np.linspace(40.0, 90.0, 20_001)).max()
-    assert farthest == pytest.approx(place + reached, rel=1e-3)
+    (detail,) = (note.detail for note in notes_on(parse_request("trajectories", body)) if "clearance" in note.code)
+    natural, ratio, moved = (
+        machine.natural_frequencies,
+        machine.damping_ratios[0],
+        steady_amplitude(machine, np.array([omega])),
+    )
+    for number in (f"{natural[0]:.4g}", f"{natural[1]:.4g}", f"{ratio:.2g}", f"{moved[0]:.3g}", "3 m"):
+        assert number in detail, detail
+
+
+# every slip, at a machine of the page and a frequency or a window of it
+SLIPS = [
+    ("one stop", {"omega": span(50.0 * 9.549, 80.0 * 9.549)}, {}, "frequencies-in-rpm"),
+    ("one stop", {}, {"stiffnesses": [2.0]}, "stiffnesses-in-newtons-per-millimetre"),
+    ("one stop", {}, {"masses": [500.0]}, "masses-in-grams"),
+    ("one stop", {}, {"damping": [0.0015]}, "damping-in-newton-seconds-per-millimetre"),
+    ("one stop", {}, {"forcing": [0.005]}, "forces-in-kilonewtons"),
+    ("rotor", {}, {"forcing": {"amplitude": [0.4, 0.0], "law": "unbalance"}}, "unbalance-in-kilogram-millimetres"),
+    ("rotor", {}, {"forcing": {"amplitude": [400.0, 0.0], "law": "unbalance"}}, "unbalance-in-gram-millimetres"),
+    ("shaken base", {}, {"base": {"amplitude": 2.0, "stops_move": True}}, "base-in-millimetres"),
+    ("modes", {}, {"matrices": "per cent"}, "damping-in-per-cent"),
+]
+
+
+@pytest.mark.parametrize(("name", "changes", "slip", "code"), SLIPS, ids=[slip[3] for slip in SLIPS])
+def test_a_slip_of_a_unit_is_named_and_the_right_request_is_not(name, changes, slip, code):
+    oscillator, _, window, clearance = MACHINES[name]
+    if "matrices" in slip:
+        slip = {"matrices": oscillator["matrices"] | {"damping": {"modal": [100 * 0.01, 100 * 0.01, 100 * 0.015]}}}
+    asked = {"omega": span(*window), "max_period": 8}
+    side, gap = ("right", clearance["right"]) if isinstance(clearance, dict) else ("", clearance)
+    gaps = span(0.5 * gap, gap)
+    asked["clearance"] = {"right": gaps, "left": clearance["left"]} if side else gaps
+    right = {"oscillator": {"units": "SI", **oscillator}, **asked}
+    assert code not in codes("unfolding-maps", right)
+    wrong = {"oscillator": {"units": "SI", **oscillator, **slip}, **asked, **changes}
+    assert code in codes("unfolding-maps", wrong)
 
 
 def test_a_gap_of_a_lightly_damped_machine_is_compared_with_its_resonance():
@@ -321,7 +353,7 @@ def test_no_stop_at_any_distance_is_noted_where_nothing_moves_or_no_motion_is_la
         ({"damping": None}, True),
         ({"units": "nondimensional"}, False),
         ({"units": "SI"}, False),
-        ({"damping": 0.01}, False),
+        ({"damping": 0.01}, True),
         ({"masses": [0.5, 2.0], "stiffnesses": [1.0, 4.0]}, False),
         ({"masses": [1e4, 1e4]}, False),
     ],
@@ -391,6 +423,34 @@ def test_a_result_has_the_notes_of_its_meta(service, client):
 def _with_notes() -> bytes:
     document, meta = decode_npz(npz("unfolding-maps"))
     return encode_npz(document, meta | {"notes": [{"code": "x", "detail": "here"}]})
+
+
+def _with_other_motion() -> bytes:
+    motion = {"label": "1-1r-1l", "starts": 37, "request": {"omega": 0.29, "clearance": 1.6, "periods": 2}}
+    names = {"period": 1, "impacts_right": 1, "impacts_left": 1, "symmetric": True}
+    figures = {"multiplier": 0.6, "least_impact_velocity": 0.03}
+    record = {"starts": 64, "settled": 64, "motions": [motion | names | figures]}
+    document, meta = decode_npz(npz("trajectories", {"other_starts": record}))
+    return encode_npz(document, meta | {"notes": [{"code": OTHER_MOTIONS, "detail": "others live here"}]})
+
+
+def test_a_client_warns_of_other_motions_when_the_result_arrives(service, client, tmp_path):
+    point = {"omega": 0.29, "clearance": 1.6, "periods": 2, "other_starts": 64}
+    job = client.submit("trajectories", point)
+    job.wait()
+    service.results[job.id] = _with_other_motion()
+    with pytest.warns(RequestWarning, match="others live here") as caught:
+        result = job.result()
+    assert caught[0].message.code == OTHER_MOTIONS
+    if type(client).__name__ == "Client":
+        assert caught[0].filename == __file__
+    assert "1-1r-1l (37 of 64)" in repr(result)
+    (motion,) = result.other_starts.motions
+    assert motion.request == {"omega": 0.29, "clearance": 1.6, "periods": 2}
+    for name in ("path.json", "path.npz"):
+        again = load(result.save(tmp_path / name)).other_starts
+        assert (str(again), again.motions[0].request) == (str(result.other_starts), motion.request)
+    assert "no other motion" in str(changed(result.other_starts, motions=()))
 
 
 def test_three_numbers_in_a_tuple_are_refused_with_the_way_to_write_them(client, service):

@@ -261,7 +261,7 @@ def test_the_grazing_curves_are_drawn_where_the_margins_are_zero():
 
 def test_axes_are_given_by_name_and_values():
     keywords = {"clearance": 1.6, "vertical": ("restitution", [0.5, 0.9]), "shape": (2, 8)}
-    request, _ = METHODS["unfolding_map"].request_for(**keywords, horizontal=("omega", 0.26, 0.3))
+    request, *_ = METHODS["unfolding_map"].request_for(**keywords, horizontal=("omega", 0.26, 0.3))
     assert request.horizontal.model_dump() == {"vary": "omega", "values": {"start": 0.26, "stop": 0.3, "points": 8}}
     assert request.vertical.model_dump() == {"vary": "restitution", "values": [0.5, 0.9]}
     axis = Axis(vary="omega", values=[0.2, 0.3])

@@ -32,6 +32,7 @@ from tests.support.sdk_documents import (
     MANY,
     POINTS,
     document,
+    in_si,
     periodic,
     result_like,
     result_of,
@@ -574,8 +575,8 @@ def test_a_diagram_draws_its_borders_by_their_explanations():
     for text in (
         CURVE,
         "saddle-node (SN), 1 curve",
-        "basin boundary: both motions attract (1 steps)",
-        "unexplained border (1 steps)",
+        "basin boundary: both motions attract (1 step)",
+        "unexplained border (1 step)",
     ):
         assert entries.count(text) == 1
     assert not any("graze (GR)" in text for text in entries)  # the grazing curve is drawn as such
@@ -654,15 +655,6 @@ def test_a_branch_says_where_its_motions_are_stable_and_at_what_they_end():
     special = {point.type: point.parameter for point in branch.special_points}
     assert all(stretch.ends == special[stretch.at_end] for stretch in stretches[:-1] if stretch.at_end)
     assert branch.to_dataframe("stretches")["kind"].tolist() == [stretch.kind for stretch in stretches]
-
-
-def in_si(process):
-    """Return a sample of a result, in SI."""
-    result = result_of(process)
-    request = result.meta["request"]
-    oscillator = {**request["oscillator"], "units": "SI"}
-    meta = {**result.meta, "request": {**request, "oscillator": oscillator}}
-    return type(result).from_document(result._document, meta)
 
 
 def ticks(axis, draw: bool = True) -> dict[str, float]:
@@ -745,7 +737,8 @@ def test_ticks_in_hertz_and_millimetres_have_the_digits_of_their_steps():
         ("trajectories", "plot", {"mass": 4}, "1 to 3"),
         (MANY, "plot", {"mass": 4}, "1 to 3"),
         ("trajectories", "plot", {"legend": "nowhere"}, "outside, inside, none"),
-        ("grazing-curves", "plot", {"engineering_units": True}, "engineering_units"),
+        ("grazing-curves", "plot", {"engineering_units": True}, "nondimensional result has no Hz or mm"),
+        ("grazing-curves", "plot", {"style": "poster"}, "screen or column"),
         ("bifurcation-diagrams", "plot", {"quantity": "energy"}, "displacement, velocity, impact_velocity"),
     ],
 )
@@ -805,7 +798,7 @@ def test_saved_pictures_are_drawn_in_engineering_units_and_others_are_not(tmp_pa
     for units, result in (("SI", in_si(process)), ("none", result_of(process))):
         path = tmp_path / f"{units}.svg"
         with pyplot.rc_context({"svg.fonttype": "none"}):
-            save_picture(result, path, engineering=True)
+            save_picture(result.in_units("Hz", "mm") if units == "SI" else result, path)
         texts[units] = path.read_text("utf-8")
     assert "overshoot (mm)" in texts["SI"]
     assert "(mm)" not in texts["none"]
@@ -820,8 +813,8 @@ def test_every_method_that_draws_has_a_picture_and_the_keywords_of_all_pictures(
     methods = [name for name in dir(kind) if name.startswith("plot")]
     assert methods == sorted(name for drawn, name in PICTURES if drawn is kind)
     for name in methods:
-        keywords = list(inspect.signature(getattr(kind, name)).parameters.values())[-3:]
-        expected = [("legend", None), ("labels", True), ("engineering_units", False)]
+        keywords = list(inspect.signature(getattr(kind, name)).parameters.values())[-4:]
+        expected = [("legend", None), ("labels", True), ("engineering_units", False), ("style", "screen")]
         assert [(keyword.name, keyword.default) for keyword in keywords] == expected
         with pytest.raises(TypeError, match=rf"{kind.__name__}\.{name}\(\).*'nonsense'"):
             getattr(result, name)(nonsense=1)

@@ -144,7 +144,7 @@ def test_a_summary_has_the_numbers_of_the_result(process, changes, text):
 def test_orbits_beyond_a_special_point_are_requests():
     saddle, graze = result_of("orbit-branches").special_points
     assert saddle.beyond == ()
-    asked, _ = METHODS["periodic_orbit"].request_for(**graze.beyond[0].request)
+    asked, *_ = METHODS["periodic_orbit"].request_for(**graze.beyond[0].request)
     assert (asked.omega, asked.clearance, asked.motion.phases) == (0.27, 1.86, [0.5, 3.5])
     assert asked.oscillator.restitution == 0.8
 

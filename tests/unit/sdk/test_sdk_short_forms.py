@@ -231,3 +231,21 @@ def test_ranges_of_any_values_are_ranges_of_positive_values_too() -> None:
     assert StructuresRequest(omega=Range(**RANGE)) == parse_request("structures", {"omega": RANGE})
     with pytest.raises(ValidationError):
         parse_request("grazing-curves", {"omega": Range(**{**RANGE, "start": -1.0})})
+
+
+@pytest.mark.parametrize("given", [{"left": None}, {"left": 1.7}])
+def test_where_the_clearance_of_one_stop_is_given_that_of_the_other_varies(given: dict[str, Any]) -> None:
+    values = {"start": 1.5, "stop": 1.9, "points": 4}
+    along = parse_request("basin-fractions", {"omega": 0.29, "vary": "clearance", "range": values, "clearance": given})
+    assert along == parse_request(
+        "basin-fractions", {"omega": 0.29, "axis": {"vary": "clearance_right", "values": values}, "clearance": given}
+    )
+    plane = {"horizontal": {"vary": "omega", "values": [0.2, 0.3]}, "clearance": given}
+    over = parse_request("unfolding-maps", plane | {"vertical": {"vary": "clearance", "values": values}})
+    assert over == parse_request("unfolding-maps", plane | {"vertical": {"vary": "clearance_right", "values": values}})
+
+
+def test_a_branch_has_the_clearances_of_its_orbit() -> None:
+    body = {"omega": 0.29, "clearance": {"right": 1.6}, "motion": {"period": 1, "stops": [1]}}
+    with pytest.raises(ValueError, match="clearance_right or clearance_left"):
+        parse_request("orbit-branches", body | {"range": {"start": 1.5, "stop": 1.9}})

@@ -3,13 +3,14 @@
 import csv
 import re
 
+import numpy as np
 import pandas as pd
 import pytest
 
 from grazemap import errors
 from grazemap.cli import main
 from grazemap.results import tables
-from tests.support.sdk_documents import REQUESTS, result_of
+from tests.support.sdk_documents import CURVES_OF_AXES, CURVES_OF_ONE, MOTIONS, REQUESTS, in_si, result_of
 
 READERS = {".csv": pd.read_csv, ".xlsx": pd.read_excel, ".parquet": pd.read_parquet}
 
@@ -67,6 +68,31 @@ def test_heads_have_units_and_floats_all_digits(tmp_path):
     si.meta["request"]["oscillator"]["units"] = "SI"
     heads = pd.read_csv(si.save(tmp_path / "si.csv", engineering_units=True)).columns
     assert {"omega (Hz)", "clearance (mm)"} <= set(heads)
+
+
+@pytest.mark.parametrize("sample", ["bifurcation-curves", MOTIONS, CURVES_OF_ONE, CURVES_OF_AXES])
+def test_bifurcation_curves_have_a_row_for_each_point(sample, tmp_path):
+    result = result_of(sample)
+    table = result.to_dataframe("points")
+    across, up = result.parameters
+    names = [{"clearance_right": "clearance"}.get(name, name) for name in (across, up)]
+    assert len(table) == sum(len(curve.line) for curve in result.curves)
+    for number, curve in enumerate(result.curves):
+        rows = table[table["curve"] == number]
+        np.testing.assert_array_equal(rows[names].to_numpy(), curve.line)
+        assert set(rows["type"]) == {curve.type}
+        assert set(rows["motion"]) == {curve.motion}
+        np.testing.assert_array_equal(rows["impact_velocity"], curve.impact_velocity)
+    written = pd.read_csv(result.save(tmp_path / "curves.csv"))
+    assert [head.partition(" (")[0] for head in written.columns] == list(table.columns)
+    assert len(written) == len(table)
+    assert len(pd.read_csv(result.save(tmp_path / "list.csv", "curves"))) == len(result.curves)
+
+
+def test_points_of_curves_have_units_and_there_may_be_none():
+    units = in_si("bifurcation-curves").in_units("Hz", "mm").to_dataframe("points").attrs["units"]
+    assert (units["omega"], units["clearance"], units["impact_velocity"]) == ("Hz", "mm", "m/s")
+    assert not len(result_of("bifurcation-curves", {"curves": []}).to_dataframe("points"))
 
 
 def test_what_cannot_be_written_is_named(tmp_path, monkeypatch):

@@ -7,8 +7,9 @@ import pytest
 
 from grazemap import errors
 from grazemap.client.process_methods import METHODS
-from grazemap.units import in_si
+from grazemap.units import in_si, shown_in
 from grazemap.wire import Oscillator
+from tests.support import sdk_documents
 
 MACHINE = {"units": "SI", "masses": [0.5, 2], "stiffnesses": [2000, 8000], "damping": [1.5, 6], "forcing": [5, 0],
            "restitution": 0.8}  # fmt: skip
@@ -71,3 +72,65 @@ def test_texts_that_are_no_quantities_stay_as_they_are():
     refused = []
     assert in_si(fields, "SI", refused) == fields
     assert refused == []
+
+
+@pytest.mark.parametrize(
+    ("fields", "shown"),
+    [
+        ({"omega": "9 Hz", "clearance": "0.5 mm"}, ("Hz", "mm")),
+        ({"omega": "1200 rpm", "clearance": 0.001}, ("rpm",)),
+        ({"omega": 60.0, "clearance": {"right": 0.001, "left": "0.5 mm"}}, ("mm",)),
+        ({"omega": "57 rad/s", "clearance": "1 m"}, ()),
+        ({"omega": 60.0, "clearance": 0.001}, ()),
+    ],
+)
+def test_the_units_that_are_written_are_those_of_the_result(fields, shown):
+    request, _, units = METHODS["trajectory"].request_for(MACHINE, **fields, periods=3)
+    assert units == shown
+    plain = {name: request.model_dump()[name] for name in fields}
+    assert METHODS["trajectory"].request_for(MACHINE, **plain, periods=3)[0] == request
+
+
+def test_lengths_of_which_none_is_written_go_with_hertz_or_rpm():
+    for omega, shown in ((("9 Hz", "12 Hz"), ("Hz", "mm")), (("900 rpm", "1200 rpm"), ("rpm", "mm")), ((50, 60), ())):
+        assert METHODS["grazing_curve"].request_for(MACHINE, omega=omega, points=3)[2] == shown
+
+
+def test_a_result_has_its_units_in_pictures_and_tables_and_keeps_its_arrays(tmp_path):
+    result = sdk_documents.in_si("grazing-curves")
+    shown = result.in_units("rpm", "mm")
+    assert shown.omega is result.omega
+    table = shown.to_dataframe()
+    assert table.attrs["units"]["omega"] == "rpm"
+    assert table["omega"].tolist() == pytest.approx((result.omega * 60.0 / HERTZ).tolist())
+    assert table["clearance"].tolist() == pytest.approx((1000.0 * result.clearance).tolist())
+    ax = shown.plot()
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (r"forcing frequency $\omega/2\pi$ (rpm)", "clearance $b$ (mm)")
+    assert ax.get_xlim() == result.plot().get_xlim()
+    head, _ = shown.save(tmp_path / "curve.csv").read_text().split("\n", 1)
+    assert head.startswith("omega (rpm),clearance (mm),")
+    assert shown.save(tmp_path / "shown.npz").read_bytes() == result.save(tmp_path / "si.npz").read_bytes()
+    assert shown.in_units("Hz").shown_units == ("Hz", "mm")
+    assert shown.in_units("rad/s", "m").shown_units == ()
+    assert shown.plot(engineering_units=True).get_xlabel().endswith("(Hz)")
+
+
+def test_the_parts_of_a_result_have_its_units():
+    diagram = sdk_documents.in_si("unfolding-diagrams").in_units("Hz")
+    assert diagram.unfolding_map.shown_units == diagram.grazing_curve.shown_units == ("Hz",)
+    many = sdk_documents.in_si(sdk_documents.MANY).in_units("rpm", "mm")
+    assert [path.shown_units for path in many.trajectories] == [("rpm", "mm")] * len(many)
+
+
+def test_units_that_a_result_cannot_have_are_refused():
+    with pytest.raises(ValueError, match="no unit in which a result can be shown"):
+        sdk_documents.in_si("grazing-curves").in_units("inch")
+    with pytest.raises(ValueError, match="nondimensional"):
+        sdk_documents.result_of("grazing-curves").in_units("Hz")
+    assert shown_in("kg", ("Hz", "mm")) == ("kg", 1.0)
+
+
+def test_both_clients_show_a_result_in_the_units_of_its_request(client, service):
+    curve = client.grazing_curve(MACHINE, omega=("9 Hz", "20 Hz"), points=3)
+    assert curve.shown_units == ("Hz", "mm")
+    assert client.grazing_curve(MACHINE, omega=(60.0, 120.0), points=3).shown_units == ()

@@ -64,6 +64,9 @@ RESOLUTION_AT_WORST = 180.0
 # must be solved for, because most states lead to an attractor that is known already.
 BASIN_PERIODS_PER_SECOND = 8.0e5
 BASIN_ORBITS = 0.1
+# The core's MOST_SAMPLED_POINTS and MAP_POINTS_A_SAMPLE, of the sample of other starts in a map.
+OTHER_STARTS_POINTS = 64
+OTHER_STARTS_AMONG = 2000
 # Maximum number of values of basin fractions: the result has figures of every attractor at every value.
 FRACTION_VALUES = 2000
 # Seconds of a trajectory, as `python -m benchmarks.rates` fits them to random ones: for a forcing period; for a cell,

@@ -22,7 +22,7 @@ IMPLEMENTATIONS: Mapping[str, Process] = {
 def kernels_of(name: str, request: ProcessRequest) -> str:
     """Return the name of the kernels that a request needs."""
     process = IMPLEMENTATIONS[name]
-    kernels = process.kernels
+    kernels = "diagrams" if process.runs_lanes(request) else process.kernels
     if isinstance(request, ObservedRequest) and request.observed:
         kernels = "map_observables" if kernels in ("maps", "diagrams") else "observables"
     return f"apart_{kernels}" if process.own_tables(request) else kernels

@@ -10,9 +10,11 @@ from grazemap import results
 from grazemap.codec import Document
 from grazemap.results.documents import ClassDocument, document_of
 from grazemap.wire import PeriodicOrbitsRequest
+from grazemap.wire.orbits import OrbitRequest
 from grazemap_worker.planning import rates
 from grazemap_worker.planning.costs import period_cost, period_cost_at_point, setup_seconds
 from grazemap_worker.planning.limits import Count, RequestLimits
+from grazemap_worker.processes import other_starts
 from grazemap_worker.processes.conversion import core_clearance, core_oscillator, empty_record, empty_value, fields
 from grazemap_worker.processes.observables import core_observables, observed_document
 from grazemap_worker.processes.process import Process, Report
@@ -25,19 +27,19 @@ if TYPE_CHECKING:
     from grazemap_core.simulation.trajectories import Trajectory
 
 
-def expected_periods(request: PeriodicOrbitsRequest) -> float:
+def expected_periods(request: OrbitRequest) -> float:
     """Return the expected number of simulated forcing periods until there is an initial guess of the orbit."""
     if request.motion is None:
         return float(request.transient_periods + _recorded_periods(request))
     return rates.SEARCH_PERIODS if request.motion.phases is None else 0.0
 
 
-def _recorded_periods(request: PeriodicOrbitsRequest) -> int:
+def _recorded_periods(request: OrbitRequest) -> int:
     """Return the number of forcing periods, after the transient ones, in which the motion is looked for."""
     return 2 * request.max_period
 
 
-def expected_seconds(request: PeriodicOrbitsRequest) -> float:
+def expected_seconds(request: OrbitRequest) -> float:
     """Return the expected processor time of finding the orbit."""
     periods = expected_periods(request)
     seconds = periods * period_cost(request.oscillator, request.omega, request.clearance) / rates.PERIODS_PER_SECOND
@@ -46,7 +48,7 @@ def expected_seconds(request: PeriodicOrbitsRequest) -> float:
     return seconds + setup_seconds(request.oscillator)
 
 
-def counts(request: PeriodicOrbitsRequest, limits: RequestLimits) -> list[Count]:
+def counts(request: OrbitRequest, limits: RequestLimits) -> list[Count]:
     """Return the count of the transient periods; there are none if the motion is given."""
     if request.motion is not None:
         return []
@@ -79,28 +81,34 @@ def compute(request: PeriodicOrbitsRequest, report: Report) -> ClassDocument:
             clearance = core_clearance(request.clearance)
             simulated = simulated_orbit(oscillator, request.omega, clearance, run, request.max_period)
         except LinearisationError as error:
-            return _no_orbit(request, str(error), _observed(request, str(error)))
-        return _simulated(simulated, _observed(request, simulated))
+            return _no_orbit(request, str(error), _further(request, str(error)))
+        return _simulated(simulated, _further(request, simulated))
     orbit = orbit_asked_for(oscillator, request, run)
-    observed = _observed(request, orbit)
-    return _no_orbit(request, orbit, observed) if isinstance(orbit, str) else _document(orbit, observed)
+    further = _further(request, orbit)
+    return _no_orbit(request, orbit, further) if isinstance(orbit, str) else _document(orbit, further)
 
 
-def _observed(request: PeriodicOrbitsRequest, orbit: PeriodicOrbit | SimulatedOrbit | str) -> Document:
-    """Return the fields of observables and outputs of an orbit; NaN if there is no orbit or it is not admissible."""
+def _further(request: PeriodicOrbitsRequest, orbit: PeriodicOrbit | SimulatedOrbit | str) -> Document:
+    """Return the fields of observables and outputs of an orbit, and of other starts than that of its trajectory.
+
+    Observables are NaN if there is no orbit or it is not admissible.
+    """
     from grazemap_core.orbits.orbit_observables import of_orbit
 
+    others: Document = {}
+    if request.initial is not None:
+        others = other_starts.at_point(request, request.other_starts, request.initial, request.max_period)
     wanted = core_observables(request)
     if wanted is None:
-        return {}
+        return others
     figures = wanted.nothing
     if not isinstance(orbit, str):
         figures = of_orbit(core_oscillator(request.oscillator), orbit, wanted)
-    return observed_document(request, figures)
+    return observed_document(request, figures) | others
 
 
 def orbit_asked_for(
-    oscillator: Oscillator, request: PeriodicOrbitsRequest, run: Trajectory | None = None
+    oscillator: Oscillator, request: OrbitRequest, run: Trajectory | None = None
 ) -> PeriodicOrbit | str:
     """Return the requested orbit, or the reason why there is no initial guess of it.
 
@@ -132,7 +140,7 @@ def orbit_asked_for(
     return periodic_orbit(oscillator, request.omega, clearance, guess)
 
 
-def _settled(oscillator: Oscillator, request: PeriodicOrbitsRequest) -> Trajectory:
+def _settled(oscillator: Oscillator, request: OrbitRequest) -> Trajectory:
     """Return the trajectory from `initial`; its settled motion is the initial guess of the orbit."""
     from grazemap_core.simulation.trajectories import trajectory
 
@@ -152,7 +160,7 @@ def _settled(oscillator: Oscillator, request: PeriodicOrbitsRequest) -> Trajecto
     )
 
 
-def _document(orbit: PeriodicOrbit, observed: Document) -> ClassDocument:
+def _document(orbit: PeriodicOrbit, further: Document) -> ClassDocument:
     whole = orbit.impacts.whole
     return document_of(
         results.PeriodicOrbit,
@@ -165,11 +173,11 @@ def _document(orbit: PeriodicOrbit, observed: Document) -> ClassDocument:
         times=whole.phases / orbit.omega,
         sticking=empty_value(results.PeriodicOrbit.schema["sticking"]),
         motion=motion_document(orbit.motion),
-        **observed,
+        **further,
     )
 
 
-def _simulated(orbit: SimulatedOrbit, observed: Document) -> ClassDocument:
+def _simulated(orbit: SimulatedOrbit, further: Document) -> ClassDocument:
     """Return the document of an orbit on which the contact rests. It is from the simulation, and is not verified."""
     impacts, sticking = orbit.impacts, orbit.sticking
     return document_of(
@@ -191,7 +199,7 @@ def _simulated(orbit: SimulatedOrbit, observed: Document) -> ClassDocument:
         contacts="none",
         excess_stop=0,
         motion=motion_document(orbit.motion),
-        **observed,
+        **further,
     )
 
 
@@ -205,7 +213,7 @@ def clearances(clearance: float | tuple[float | None, float | None]) -> Document
     return {"clearance": np.nan, "clearance_right": right, "clearance_left": left}
 
 
-def _no_orbit(request: PeriodicOrbitsRequest, reason: str, observed: Document) -> ClassDocument:
+def _no_orbit(request: PeriodicOrbitsRequest, reason: str, further: Document) -> ClassDocument:
     """Return the document of an orbit that was not found: it has no impacts, and its unknown numbers are NaN."""
     from grazemap_core.simulation.motion import Motion
 
@@ -223,14 +231,16 @@ def _no_orbit(request: PeriodicOrbitsRequest, reason: str, observed: Document) -
         start={"displacement": unknown, "velocity": unknown, "phase": 0.0},
         motion=motion_document(Motion(kind="unresolved", reason=reason)),
     )
-    return document_of(results.PeriodicOrbit, **empty, **observed)
+    return document_of(results.PeriodicOrbit, **empty, **further)
 
 
 PROCESS = Process(
     whole=compute,
     periods=expected_periods,
-    seconds=expected_seconds,
+    seconds=lambda request: expected_seconds(request) + other_starts.seconds_at_point(request, request.other_starts),
     counts=counts,
     longest_period_cost=period_cost_at_point,
     kernels="orbits",
+    runs_lanes=lambda request: bool(request.other_starts),
+    notes=other_starts.notes,
 )

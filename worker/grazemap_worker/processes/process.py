@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
 from grazemap.codec import Document
 from grazemap.results.documents import ClassDocument
-from grazemap.wire import Estimate
+from grazemap.wire import Estimate, Note
 from grazemap_worker.planning import Plan, RequestLimits, Tile
 from grazemap_worker.planning.limits import Count, Step
 
@@ -34,6 +34,9 @@ class Process:
     lasting: Callable[[Document], bool] = lambda document: True
     """(document): whether later submissions of the same request get this result. If not, they compute it again."""
 
+    notes: Callable[[Any, Document], Iterable[Note]] = lambda request, document: ()
+    """(request, document): notes on the result, besides those on the request."""
+
     seconds: Callable[[Any], float] | None = None
     """The expected processor time in seconds."""
     periods: Callable[[Any], float] = lambda request: 0.0
@@ -52,6 +55,8 @@ class Process:
 
     kernels: str = "curves"
     """The step (`kernel_steps`) that has the kernels, for example "diagrams"."""
+    runs_lanes: Callable[[Any], bool] = lambda request: False
+    """Whether a request needs the kernels of maps besides."""
     own_tables: Callable[[Any], bool] = lambda request: False
     """Whether every point of a map has its own tables of the motion between impacts, which need further kernels."""
 

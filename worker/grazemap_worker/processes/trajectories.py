@@ -16,6 +16,7 @@ from grazemap.wire import InitialState, TrajectoriesRequest
 from grazemap_worker.planning import rates
 from grazemap_worker.planning.costs import Points, observed_seconds, period_cost, period_cost_at_point, setup_seconds
 from grazemap_worker.planning.limits import BYTES_PER_NUMBER, MAX_RESULT_BYTES, Count, RequestLimits
+from grazemap_worker.processes import other_starts
 from grazemap_worker.processes.conversion import core_clearance, core_oscillator, label, reporting_progress
 from grazemap_worker.processes.observables import core_observables, observed_document
 from grazemap_worker.processes.process import Process, Report
@@ -38,6 +39,7 @@ def _seconds(request: TrajectoriesRequest) -> float:
     sample = size * (rates.SAMPLE_MASS_SECONDS + rates.SAMPLE_SQUARE_SECONDS * size)
     seconds += setup_seconds(request.oscillator) + len(request.states) * request.samples * sample
     points = Points.create([(request.omega, request.clearance)])
+    seconds += other_starts.seconds_at_point(request, request.other_starts)
     return seconds + len(request.states) * observed_seconds(request, request.oscillator, points, request.periods)
 
 
@@ -90,7 +92,8 @@ def compute(request: TrajectoriesRequest, report: Report) -> ClassDocument:
     observed = _observed(request)
     if isinstance(request.initial, InitialState):
         trajectory = next(computed)
-        return _document(trajectory, observed(trajectory))
+        others = other_starts.at_point(request, request.other_starts, request.initial, MAX_PERIOD)
+        return _document(trajectory, observed(trajectory) | others)
     documents = [
         _document(trajectory, observed(trajectory))
         for trajectory in reporting_progress(computed, len(request.states), report, REPORTS)
@@ -148,4 +151,6 @@ PROCESS = Process(
     counts=_counts,
     longest_period_cost=period_cost_at_point,
     kernels="trajectories",
+    runs_lanes=lambda request: bool(request.other_starts),
+    notes=other_starts.notes,
 )

@@ -30,6 +30,7 @@ from grazemap_worker.planning import Plan, Tile, rates
 from grazemap_worker.planning.costs import Samples, chance_seconds, longest_period_cost, setup_seconds
 from grazemap_worker.planning.limits import Count, RequestLimits, grid_count
 from grazemap_worker.planning.plan import even_pieces, pixels_per_tile, with_estimate
+from grazemap_worker.processes import other_starts
 from grazemap_worker.processes.conversion import (
     fields,
     join_tiles,
@@ -59,6 +60,7 @@ def tiling(request: UnfoldingMapsRequest) -> Plan:
     starts = request.initial_conditions if request.policy == "ensemble" else 1
     more_seconds = setup_seconds(request.oscillator)
     column_seconds = rates.COLUMN_SETUPS * more_seconds
+    more_seconds += other_starts.seconds_of_map(request, samples)
     observed = starts * samples.observed_seconds(request, cost, 0.0 if request.preview else settling.unsettled)
     orbit_seconds = 0.0
     if request.preview:
@@ -205,6 +207,7 @@ def assemble(
         **whole,
         **{name: tiles[0][name] for name in _NAMES},
         **without_none({"chance_to_settle": chance}),
+        **other_starts.in_map(request, plane),
     )
 
 
@@ -304,5 +307,6 @@ PROCESS = Process(
     counts=counts,
     longest_period_cost=lambda request: longest_period_cost(request.plane),
     kernels="maps",
+    notes=other_starts.notes,
     own_tables=own_tables,
 )

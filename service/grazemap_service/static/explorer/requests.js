@@ -46,7 +46,8 @@ function besideAxes(machine, { horizontal, vertical, clearance: fixed }) {
 export const map = (machine, plane, across, up, { preview, observables }) => ({
   ...over(machine, plane, across, up),
   max_periods: preview ? Math.ceil(machine.periods / 4) : machine.periods,
-  ...(preview && { preview }),
+  // the page does not show what a sample of other starts finds
+  ...(preview ? { preview } : { other_starts: 0 }),
   ...(observables && { observables }),
 });
 
