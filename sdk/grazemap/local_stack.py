@@ -48,7 +48,8 @@ def local(data: str | os.PathLike[str] | None = None, workers: int | None = None
     Parameters
     ----------
     data : path, optional
-        Folder in which jobs and results are kept. Default: a temporary folder.
+        Folder in which jobs and results are kept. Default: a temporary folder, which is removed with all of them when
+        the stack ends.
     workers : int, optional
         Number of worker processes. Default: one for each processor.
 
@@ -78,7 +79,11 @@ class JoinedStack:
     ----------
     url : str
         The address of its service.
+    temporary : bool
+        Whether its jobs and results are known to be removed when it ends.
     """
+
+    temporary = False
 
     def __init__(self, membership: running_stacks.Membership) -> None:
         self.url, self._membership = membership.url, membership
@@ -125,6 +130,8 @@ class LocalStack:
     ----------
     url : str
         The address of its service.
+    temporary : bool
+        Whether its jobs and results are removed when it ends.
     """
 
     def __init__(
@@ -134,6 +141,7 @@ class LocalStack:
         timeout: float = constants.LOCAL_START_TIMEOUT,
         quiet: bool = False,
     ) -> None:
+        self.temporary = data is None
         options = ["--host", "127.0.0.1", "--port", "0", "--talk"]
         if data is not None or workers is not None:
             options.append("--unannounced")

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from numbers import Real
 from typing import Any, NamedTuple
 
 from grazemap.constants import ENGINEERING_UNITS, UNITS
@@ -29,6 +30,7 @@ _NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?) ?([A-Za-z/]*)
 # Fields that have numbers of the quantity of the field around them, or of the one that `vary` or `quantity` names.
 _OF_THE_FIELD_AROUND = ("start", "stop", "right", "left")
 OF_WHAT_VARIES = ("values", "range")
+_MIXED = "Only some of the numbers have a unit", "a unit with each of them, or with none"
 
 
 class Refused(NamedTuple):
@@ -77,7 +79,8 @@ def in_si(
     units : str
         "SI" or "nondimensional".
     refused : list
-        Receives the units that are not those of their field, and all of them where the oscillator is nondimensional.
+        Receives the units that are not those of their field, and all of them where the oscillator is nondimensional;
+        and lists and ranges of which some numbers have a unit and others, but 0, have none.
     name : str
         The field that has the value.
     pointer : str
@@ -87,12 +90,14 @@ def in_si(
     """
     if isinstance(value, Mapping):
         varies = str(value.get("vary") or value.get("quantity") or name).partition("[")[0]
+        _refuse_mixed([value.get("start"), value.get("stop")], name, units, refused, pointer)
         names: dict[Any, str] = {**dict.fromkeys(_OF_THE_FIELD_AROUND, name), **dict.fromkeys(OF_WHAT_VARIES, varies)}
         return {
             key: in_si(item, units, refused, names.get(key) or str(key), f"{pointer}/{key}", shown)
             for key, item in value.items()
         }
     if isinstance(value, list | tuple):
+        _refuse_mixed(value, name, units, refused, pointer)
         converted = [in_si(item, units, refused, name, f"{pointer}/{place}", shown) for place, item in enumerate(value)]
         return tuple(converted) if isinstance(value, tuple) else converted
     if name not in FIELD_UNITS:
@@ -106,6 +111,15 @@ def in_si(
         refused.append(Refused(pointer, reason[0], reason[1].replace("--units SI", 'units="SI"')))
         return value
     return _CONVERSIONS[FIELD_UNITS[name]][match[2]](float(match[1]))
+
+
+def _refuse_mixed(numbers: Sequence[Any], name: str, units: object, refused: list[Refused], pointer: str) -> None:
+    """Refuse numbers of which some have a unit and others, but 0, have none."""
+    if units != "SI" or name not in FIELD_UNITS:
+        return
+    with_units = any(isinstance(number, str) and any(units_in(number.strip())) for number in numbers)
+    if with_units and any(isinstance(number, Real) and number != 0 for number in numbers):
+        refused.append(Refused(pointer, *_MIXED))
 
 
 def example(name: str) -> str:
@@ -138,7 +152,7 @@ def refusal(text: str, name: str, units: object) -> tuple[str, str] | None:
             "numbers without units, or --units SI"
         )
     if not all(number_units):
-        return "Only some of the numbers have a unit", "a unit with each of them, or with none"
+        return _MIXED
     return None
 
 

@@ -176,6 +176,9 @@ class CommandRequest:
         location = ", ".join(self._flag_text(flag) for flag in concerned)
         inside = [f"number {int(part) + 1}" if part.isdigit() else part for part in place[len(concerned[0].place) :]]
         written = " or ".join(form for flag in concerned for form in flag.forms) if len(concerned) == 1 else ""
+        top = concerned[0].place
+        parts = [flag.name for flag in self._flags if flag.place[:-1] == top]
+        written += f", or with {', '.join(parts)}" if written and parts else ""
         allowed = "; written ".join(filter(None, (error.allowed, written)))
         return error.model_copy(update={"pointer": ": ".join((location, *inside)), "allowed": allowed})
 

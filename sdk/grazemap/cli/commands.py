@@ -200,6 +200,9 @@ def _unknown_argument(name: str, command: argparse.ArgumentParser, computes: boo
     from grazemap.wire import ProblemError
 
     if name.startswith("-"):
-        return ProblemError(pointer=name, detail=f"Unknown flag{suggestion(name, command._option_string_actions)}")
+        known = command._option_string_actions
+        parts = ", ".join(flag for flag in known if flag.startswith(f"{name}-"))
+        near = f"; its parts have flags: {parts}" if parts else suggestion(name, known)
+        return ProblemError(pointer=name, detail=f"Unknown flag{near}")
     spaces = "; ranges and lists are written without spaces" if computes else ""
     return ProblemError(pointer=name, detail=f"Unexpected argument{spaces}")

@@ -19,11 +19,16 @@ _ASYNCHRONOUS = ("Async", "await ", " from asyncio")
 
 
 def run(coroutine: Coroutine[Any, Any, T]) -> T:
-    """Run a coroutine that never waits for an event loop, and return its value."""
+    """Run a coroutine that never waits for an event loop, and return its value.
+
+    The traceback of an interrupt ends here: where the coroutine waited helps nobody.
+    """
     try:
         coroutine.send(None)
     except StopIteration as end:
         return cast(T, end.value)
+    except KeyboardInterrupt as interrupt:
+        raise interrupt.with_traceback(None) from None
     coroutine.close()
     raise RuntimeError("a coroutine of a blocking client waits for an event loop")
 

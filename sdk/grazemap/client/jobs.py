@@ -147,7 +147,7 @@ class AsyncJobHandle:
         """
         now = self._connection.now
         deadline = None if timeout is None else now() + timeout
-        with ProgressListener(self.process, progress) as listener:
+        with messages.saying_what_goes_on(self.id), ProgressListener(self.process, progress) as listener:
             try:
                 self._job = await Follower(self._connection, job_path(self.id), timeout).run(listener)
             except NotFound as error:
@@ -263,8 +263,9 @@ async def _compute(
         messages.warn_about([*notes_on(request), *unstated(request)])
         return await _decoded(connection, response.headers.get("location", "").rpartition("/")[2], response)
     job = messages.job_of(response, request)
-    messages.require_success(await Follower(connection, job_path(job.id), job=job).run(listen))
-    return await fetch_result(connection, job.id, listen)
+    with messages.saying_what_goes_on(job.id):
+        messages.require_success(await Follower(connection, job_path(job.id), job=job).run(listen))
+        return await fetch_result(connection, job.id, listen)
 
 
 async def _read(connection: AsyncConnection, data: bytes) -> Result:
@@ -304,18 +305,19 @@ async def compute_many(
             missing = [index for index in range(yielded, len(bodies)) if index not in lines]
             failure: ServiceProblem | ConnectionFailed = ConnectionFailed("the answer ended before its last result")
             try:
-                async with aclosing(_lines(connection, [bodies[index] for index in missing])) as arriving:
-                    async for line in arriving:
-                        refused = messages.refusal_of(line)
-                        if refused is not None and refused.problem.status in RETRIED_STATUSES:
-                            failure = refused
-                        else:
-                            lines[missing[messages.request_index(line, missing)]], attempt = line, 0
-                        while yielded in lines:
-                            request = requests[offset + yielded]
-                            outcome = await _outcome(connection, request, lines.pop(yielded), return_exceptions)
-                            yielded += 1
-                            yield outcome
+                with messages.saying_what_goes_on():
+                    async with aclosing(_lines(connection, [bodies[index] for index in missing])) as arriving:
+                        async for line in arriving:
+                            refused = messages.refusal_of(line)
+                            if refused is not None and refused.problem.status in RETRIED_STATUSES:
+                                failure = refused
+                            else:
+                                lines[missing[messages.request_index(line, missing)]], attempt = line, 0
+                            while yielded in lines:
+                                request = requests[offset + yielded]
+                                outcome = await _outcome(connection, request, lines.pop(yielded), return_exceptions)
+                                yielded += 1
+                                yield outcome
             except ConnectionFailed as error:
                 failure = error
             except ServiceProblem as error:

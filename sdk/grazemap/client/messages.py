@@ -5,8 +5,10 @@ from __future__ import annotations
 import re
 import sys
 import warnings
+from asyncio import CancelledError
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +54,20 @@ def require_success(job: Job) -> None:
         raise JobFailed(f"job {job.id} failed: {reason}", job)
     if job.status == "dismissed":
         raise JobDismissed(f"job {job.id} was dismissed", job)
+
+
+@contextmanager
+def saying_what_goes_on(job_id: str | None = None) -> Iterator[None]:
+    """Within this block an interrupt gets a note on the job, or else on the jobs of a batch, unless it has one."""
+    try:
+        yield
+    except (KeyboardInterrupt, CancelledError) as interrupt:
+        if not getattr(interrupt, "__notes__", None):
+            kept = "goes on while its service runs."
+            single = f'The job {kept} job = client.job("{job_id}") is its handle, and job.cancel() ends it.'
+            many = f"Each job {kept} client.jobs() lists the handles, and the cancel() of a handle ends its job."
+            interrupt.add_note(many if job_id is None else single)
+        raise
 
 
 def result_of(request: ProcessRequest, outcome: bytes | Problem) -> Result:

@@ -83,7 +83,7 @@ def engineering_units(ax: A, units: Sequence[str] = ENGINEERING_UNITS) -> A:
 
     Call it after `plot`. The data stay in rad/s and m: so do coordinates for `ax.plot`, `ax.set_xlim` and
     `ax.set_xticks`. Times and velocities stay in s and m/s, and labels and titles that you wrote yourself as they are.
-    A later change of the scale of an axis undoes it.
+    A later change of the scale of an axis, as by `ax.set_yscale`, undoes it for the ticks: call it again then.
 
     Parameters
     ----------

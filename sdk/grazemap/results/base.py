@@ -20,7 +20,7 @@ from grazemap.errors import ResultFormatError
 from grazemap.results.documents import from_json
 from grazemap.results.fields import TYPES, VERSION, Field, RecordSchema, RequestDocument, ResultSchema
 from grazemap.results.record import ComplexArray, Record, changed, named_field
-from grazemap.units import shown_in, si_unit
+from grazemap.units import Refused, example, in_si, shown_in, si_unit
 from grazemap.wire import Note
 
 if TYPE_CHECKING:
@@ -54,6 +54,23 @@ def outside(what: str, name: str, value: float, ends: tuple[float, float], units
         f"{name} = {value:g} {unit} is outside the {what}, which has {low:g} to {high:g} {unit}, "
         f"{low * factor:g} to {high * factor:g} {engineering_unit}"
     )
+
+
+def quantities(values: Any, name: str, units: str) -> NDArray[np.float64]:
+    """Return values of a parameter as numbers, in their shape; of a machine in SI also from texts such as "5 Hz".
+
+    Raises ValueError, which names the parameter, for anything else.
+    """
+    listed = values.tolist() if isinstance(values, np.ndarray) and values.dtype.kind not in "iuf" else values
+    refused: list[Refused] = []
+    numbers = in_si(listed, units, refused, name)
+    if refused:
+        raise ValueError(f"{name}: {refused[0].detail} (allowed: {refused[0].allowed})")
+    try:
+        return np.asarray(numbers, dtype=np.float64)
+    except (TypeError, ValueError):
+        with_unit = f', or in SI numbers with a unit, as "{example(name)}"' if name in UNITS else ""
+        raise ValueError(f"{name}: {values!r} is no number (allowed: numbers{with_unit})") from None
 
 
 @described

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from grazemap.codec import Document
-from grazemap.results.base import Result, counted, outside
+from grazemap.results.base import Result, counted, outside, quantities
 from grazemap.results.common_records import Common
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, changed, field
@@ -196,8 +196,8 @@ class GrazingCurve(_PointsResult, Result, process="grazing-curves", rows="omega"
     def at(self, omega: ArrayLike) -> FloatArray:
         """Return the clearance at which the steady motion touches the stops, in the shape of omega.
 
-        The formula is evaluated: nothing is interpolated. Raises ValueError for an omega outside the range of the
-        curve, which may be meant in other units.
+        The formula is evaluated: nothing is interpolated. In SI frequencies may be texts with a unit, as "8 Hz". Raises
+        ValueError for an omega outside the range of the curve, which may be meant in other units.
         """
         return _evaluated(self, omega, ["right"])
 
@@ -302,14 +302,15 @@ class CodimensionTwoPoints(_PointsResult, Result, process="codimension-two-point
         self,
         ax: Axes | None = None,
         *,
-        omega: tuple[float, float] | None = None,
+        omega: tuple[float | str, float | str] | None = None,
         **options: Unpack[PictureOptions],
     ) -> Axes:
         """Draw the curves that leave the grazing curve at resonant points, to leading order, relative to it.
 
         `omega` is the interval drawn; left out: that of the request.
         """
-        return draw(self, ax, options, "plot_unfolding", omega=omega)
+        interval = None if omega is None else tuple(quantities(omega, "omega", self.units).tolist())
+        return draw(self, ax, options, "plot_unfolding", omega=interval)
 
     def _summary(self) -> str:
         kinds = Counter(point.kind for point in self.points)
@@ -319,7 +320,7 @@ class CodimensionTwoPoints(_PointsResult, Result, process="codimension-two-point
 
 def _evaluated(curve: GrazingCurve | StopGrazingCurves, omega: ArrayLike, stops: Sequence[StopName]) -> FloatArray:
     """Return the largest clearance at which the steady motion touches one of the stops, in the shape of omega."""
-    frequencies = np.asarray(omega, dtype=np.float64)
+    frequencies = quantities(omega, "omega", curve.units)
     low, high = float(curve.omega[0]), float(curve.omega[-1])
     beyond = frequencies[~((low <= frequencies) & (frequencies <= high))]
     if beyond.size:

@@ -8,6 +8,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 from grazemap.codec import Document
 from grazemap.colours import COLOURED, OTHER, colours_of_map
 from grazemap.described import described
-from grazemap.results.base import Result, counted, counted_points, outside, value_of
+from grazemap.results.base import Result, counted, counted_points, outside, quantities, value_of
 from grazemap.results.common_records import CHANCE, ChanceToSettle, Common, InferredWrong, MotionShare
 from grazemap.results.curves import BifurcationCurves, PlaneCurve
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve, StopGrazingCurves
@@ -42,6 +43,10 @@ _MARGIN = (
     "from the steady motion, 0 on its grazing curve; null for an absent stop. That motion exists without impacts where "
     "no margin is negative."
 )
+# Part of the distance to an orbit that remains when a trajectory is closed.
+_CLOSED = 1e-10
+# Forcing periods that take a second or so; a service may allow no more.
+_MOST_TRANSIENT_PERIODS = 100_000
 _PLANE_FIELDS = ("oscillator", "omega", "clearance", "horizontal", "vertical")
 
 if TYPE_CHECKING:
@@ -299,14 +304,16 @@ class UnfoldingMap(
             return dict(self.schema.roles)
         return dict(zip(("horizontal", "vertical"), self.parameters, strict=True))
 
-    def at(self, horizontal: float, vertical: float) -> MapPoint:
+    def at(self, horizontal: float | str, vertical: float | str) -> MapPoint:
         """Return the point of the grid that is nearest to a place, such as an omega and a clearance.
 
-        Raises ValueError for a place outside the map.
+        In SI these may be texts with a unit, as "8 Hz" and "5 mm". Raises ValueError for a place outside the map.
         """
         across, up = self.parameters
-        column = _nearest(across, self.horizontal, horizontal, self.units)
-        row = _nearest(up, self.vertical, vertical, self.units)
+        right = quantities(horizontal, across, self.units).item()
+        high = quantities(vertical, up, self.units).item()
+        column = _nearest(across, self.horizontal, right, self.units)
+        row = _nearest(up, self.vertical, high, self.units)
         place = float(self.horizontal[column]), float(self.vertical[row])
         kind = self.kinds[self.kind[row, column]]
         period = int(self.period[row, column])
@@ -319,7 +326,7 @@ class UnfoldingMap(
                 "oscillator": parameters.oscillator.model_dump(),
                 "omega": parameters.omega,
                 "clearance": clearance,
-                "transient_periods": settings["max_periods"],
+                "transient_periods": max(settings["max_periods"], self._closed_after(row, column)),
                 "max_period": settings["max_period"],
             }
         return MapPoint(
@@ -329,19 +336,34 @@ class UnfoldingMap(
             bool(self.verified[row, column]),
             self.reasons[self.reason[row, column]],
             self.computed is None or bool(self.computed[row, column]),
-            place[0] - float(horizontal),
-            place[1] - float(vertical),
+            place[0] - right,
+            place[1] - high,
             request,
             parameters.omega,
             clearance,
         )
 
+    def _closed_after(self, row: int, column: int) -> int:
+        """Return the forcing periods until the trajectory of a point is closed to round-off; 0 where nothing tells.
+
+        A map solves for the orbit long before, as near a bifurcation, and `periodic_orbit` waits until then.
+        """
+        multiplier = np.nan if self.multiplier is None else float(self.multiplier[row, column])
+        if not 0.0 < multiplier < 1.0:
+            return 0
+        decay = int(self.period[row, column]) * math.log(_CLOSED) / math.log(multiplier)
+        return min(int(self.settled_after[row, column]) + math.ceil(decay), _MOST_TRANSIENT_PERIODS)
+
     def zoom(
-        self, horizontal: tuple[float, float], vertical: tuple[float, float], shape: tuple[int, int] | None = None
+        self,
+        horizontal: tuple[float | str, float | str],
+        vertical: tuple[float | str, float | str],
+        shape: tuple[int, int] | None = None,
     ) -> dict[str, Any]:
         """Return the keywords with which `client.unfolding_map` computes a part of the map, with the same settings.
 
-        `shape` is (vertical points, horizontal points); left out: that of this map.
+        The ends of the part are numbers, or in SI also texts, as for `at`. `shape` is (vertical points, horizontal
+        points); left out: that of this map.
         """
         across, up = self.parameters
         axes = {"horizontal": (across, *horizontal), "vertical": (up, *vertical)}
@@ -443,6 +465,7 @@ class UnfoldingMap(
             f"{len(self.vertical)} x {len(self.horizontal)} points{computed}",
             counted(self.motions(), "motion"),
             f"{share:.1%} of the periodic points verified",
+            counted_points(self.kind == self._code("unresolved"), "unresolved"),
             counted_points(self.sensitive, "sensitive"),
         ]
         parts += [] if self.resolved is None else [f"{np.count_nonzero(self.resolved)} resolved in more digits"]

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 from grazemap.later import Later
 from grazemap.wire.base import Interval, Range, Request
 from grazemap.wire.job import Note
-from grazemap.wire.linear import antiresonances, matrices, steady_amplitude
+from grazemap.wire.linear import antiresonances, grazing_clearance, matrices, steady_amplitude
 from grazemap.wire.oscillator import Oscillator
-from grazemap.wire.planes import AXES, Axis, PlanePoint, WindowAxis
+from grazemap.wire.planes import AXES, Axis, OneParameterRequest, PlanePoint, PlaneRequest, WindowAxis
 from grazemap.wire.process import ProcessRequest
 from grazemap.wire.slips import Asked, is_likely, sizes_of, slips_in
-from grazemap.wire.structure import ClearancePair, as_pair
+from grazemap.wire.structure import SIDES, ClearancePair, StopName, as_pair
 from grazemap.wire.structures import StructuresRequest
 
 if TYPE_CHECKING:
@@ -27,8 +27,9 @@ OTHER_MOTIONS_IN_MAP = "other-motions-in-map"
 """The code of that note of a map."""
 
 Span = tuple[float, float]
-# Frequencies at which the grazing curve is looked at, besides the natural ones.
-_SAMPLES = 257
+# Frequencies at which the grazing curve is looked at, besides the natural ones; and that of a machine that is no chain
+# with mass 1 between equal stops, where only the highest place of the curve counts.
+_SAMPLES, _FEWER_SAMPLES = 257, 65
 # The ratio of two values up to which they are not the ends of a range.
 _APART = 1.02
 # Stiffnesses, and natural frequencies, from which numbers are hardly nondimensional: these are of the order of 1.
@@ -47,12 +48,14 @@ _EXAMPLE = 0.02
 
 def notes_on(request: ProcessRequest) -> list[Note]:
     """Return what is probably not meant in a request that is allowed."""
-    spans = {name: _span(request, name) for name in ("omega", "clearance")}
     notes = [*_lists(request), *_other_units(request), *_period(request)]
-    if spans["omega"] is not None:
-        alone = request.oscillator.beyond_the_chain() is None and not _moves_the_curve(request)
-        if spans["clearance"] is not None and alone:
-            notes += _window(request, spans["omega"], spans["clearance"])
+    omega, clearance = _span(request, "omega"), _span(request, "clearance")
+    if omega is None or _moves_the_curve(request):
+        return notes
+    if clearance is not None and request.oscillator.beyond_the_chain() is None:
+        notes += _window(request, omega, clearance)
+    else:
+        notes += _window_of_stops(request, omega, _stops(request))
     return notes
 
 
@@ -199,6 +202,45 @@ def _window(request: ProcessRequest, omega: Span, clearance: Span) -> Iterator[N
     elif clearance[1] < low:
         detail = f"every clearance is below the grazing curve, {where}: the steady motion would pass the stops"
         yield Note(code="below-grazing-curve", detail=detail)
+
+
+def _stops(request: ProcessRequest) -> dict[StopName, Span]:
+    """Return the least and the largest clearance of each stop in a window; none of other requests."""
+    if not isinstance(request, OneParameterRequest | PlaneRequest):
+        return {}
+    both, fixed = _span(request, "clearance"), request.clearance
+    stops = {}
+    for side in SIDES:
+        distance = fixed.side(side) if isinstance(fixed, ClearancePair) else None
+        span = both or _span(request, f"clearance_{side}") or (None if distance is None else (distance, distance))
+        if span is not None:
+            stops[side] = span
+    return stops
+
+
+def _window_of_stops(request: ProcessRequest, omega: Span, stops: dict[StopName, Span]) -> Iterator[Note]:
+    """Compare a window of clearances of any machine with the grazing clearance of each stop."""
+    oscillator = request.oscillator
+    if not stops or all(high <= _APART * low for low, high in (omega, *stops.values())):
+        return  # a point, not a window
+    natural = [oscillator.natural_frequencies / order for order in oscillator.orders]
+    if not natural:
+        return  # nothing moves
+    frequencies = np.concatenate([np.linspace(*omega, _FEWER_SAMPLES), *natural])
+    frequencies = np.unique(frequencies[(frequencies >= omega[0]) & (frequencies <= omega[1])])
+    highest = {side: float(grazing_clearance(oscillator, frequencies, side).max()) for side in stops}
+    if not all(nearest > highest[side] for side, (nearest, _) in stops.items()):
+        return
+    unit = " m" if oscillator.units == "SI" else ""
+    heights = [f"{height:.4g}{unit} at the {side} stop" for side, height in highest.items()]
+    if len({f"{height:.4g}" for height in highest.values()}) == 1:
+        heights = [heights[0].partition(" at ")[0]]
+    where = "this frequency" if omega[0] == omega[1] else f"{len(frequencies)} frequencies there"
+    detail = (
+        f"every clearance is above the grazing curve, which goes up to {' and to '.join(heights)} at {where}: the "
+        "steady motion does not reach the stops"
+    )
+    yield Note(code="above-grazing-curve", detail=detail)
 
 
 def _other_units(request: ProcessRequest) -> Iterator[Note]:

@@ -12,6 +12,7 @@ from pydantic import (
     Discriminator,
     Field,
     Tag,
+    field_validator,
     model_serializer,
     model_validator,
 )
@@ -210,6 +211,14 @@ class ClearancePair(Request):
     """Distance of the right stop from q = 0; null: there is none; left out: there is none, or its clearance varies."""
     left: Float | None = None
     """Distance of the left stop from q = 0; null: there is none; left out: there is none, or its clearance varies."""
+
+    @field_validator("right", "left", mode="before")
+    @classmethod
+    def _is_of_one_stop(cls, distance: Any) -> Any:
+        """Refuse the pair of a point of a map or of another request in the place of one of its numbers."""
+        if is_of_sides(distance):
+            raise invalid("these are the distances of both stops", "the number of one, or the pair as the clearance")
+        return distance
 
     @model_validator(mode="after")
     def _leaves_space(self) -> Self:

@@ -534,3 +534,10 @@ def test_an_unknown_field_is_named_before_the_missing_one():
     with pytest.raises(ParameterError) as refused:
         validated("grazing-curves", {"omga": [0.2, 0.3]})
     assert [error.detail.partition(" ")[0] for error in refused.value.problem.errors] == ["Unknown", "Field"]
+
+
+def test_a_pair_of_clearances_in_the_place_of_one_is_named_as_that():
+    pair = {"right": 1.5, "left": None}
+    with pytest.raises(ParameterError, match=r"/clearance/right: .*both stops"):
+        METHODS["trajectory"].request_for(omega=0.3, clearance={"right": pair}, periods=2)
+    assert METHODS["trajectory"].request_for(omega=0.3, clearance=pair, periods=2)[0].clearance.right == 1.5

@@ -72,6 +72,29 @@ def test_an_interrupt_ends_the_wait_at_once() -> None:
         assert time.monotonic() - began < 30.0  # not the whole timeout
 
 
+@pytest.mark.parametrize("method", ["grazing_curve", "wait", "map"])
+def test_an_interrupt_says_that_the_job_goes_on_and_shows_no_internals(service: FakeService, method: str) -> None:
+    def answer(request: httpx2.Request) -> httpx2.Response:
+        if request.url.path.endswith(("/events", "/batches")):
+            raise KeyboardInterrupt
+        return service(request)
+
+    with Client("http://fake:1", transport=httpx2.MockTransport(answer)) as client:
+        process, body = "grazing-curves", REQUESTS["grazing-curves"]
+        calls = {
+            "grazing_curve": lambda: client.grazing_curve(**CURVE),
+            "wait": lambda: client.submit(process, body).wait(),
+            "map": lambda: next(client.map(process, [body])),
+        }
+        with pytest.raises(KeyboardInterrupt) as caught:
+            calls[method]()
+        (note,) = caught.value.__notes__
+        assert all(f'client.job("{name}")' in note for name in service.jobs)
+        assert method != "map" or "client.jobs()" in note
+        assert len(caught.traceback) <= 5
+        assert caught.value.__suppress_context__
+
+
 def test_a_child_process_has_its_own_connections(url: str) -> None:
     client = Client(url)
     assert client.grazing_curve(**CURVE).clearance[0] == 1.5

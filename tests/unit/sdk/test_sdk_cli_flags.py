@@ -208,6 +208,10 @@ ERRORS = {
         "--restitution 2: ",
         "--max-order x: ",
     ],
+    f"{CURVE} --forcing '{{\"amplitude\": [1]}}' --base 1": [
+        "--base: *--base-amplitude",
+        "--forcing *NUMBER,NUMBER,...*--forcing-amplitude, --forcing-phase, --forcing-law, --forcing-harmonic)",
+    ],
     f"{CURVE} --sequence=yes": [f"--sequence yes: {ONE_WAY}"],
     f"{CURVE} --no-sequence no": [f"--no-sequence no: {ONE_WAY}"],
     f"{CURVE} --quiet=1 --max-order 0": ["--quiet 1: A switch has no value (allowed: --quiet)", "--max-order 0: "],

@@ -56,6 +56,14 @@ def test_a_given_data_folder_stays(stack, tmp_path, kind):
     assert [path.name for path in tmp_path.iterdir()] == ["kept"]
 
 
+def test_a_client_shows_whether_its_results_go_with_it(stack, tmp_path):
+    stack(READY + "time.sleep(60)")
+    for data in (None, tmp_path):
+        with grazemap.local(data=data) as client:
+            shown = repr(client), client._repr_html_()
+            assert all(client.base_url in text and ("data=" in text) is (data is None) for text in shown)
+
+
 def test_a_stack_that_dies_is_reported_with_the_end_of_its_log(stack, tmp_path):
     stack("import sys; print('\\n'.join(f'line {i}' for i in range(99)), file=sys.stderr); sys.exit('no redis-server')")
     with pytest.raises(StackError, match="exit code 1") as caught:

@@ -105,6 +105,49 @@ def test_a_damping_in_si_that_may_be_a_ratio_is_noted(damping, expected):
         assert f"up to {Oscillator(**machine, damping=damping).damping_ratios[1]:.4g}:" in notes[0].detail
 
 
+# one mass of which k = m = 1, on a base with the amplitude 1: relative to it, 1/(sqrt((1 - w^2)^2 + (0.2 w)^2)/w^2)
+_MASS = {"masses": [1.0], "stiffnesses": [1.0], "damping": 0.1, "restitution": 0.5}
+RACK = {**_MASS, "base": {"amplitude": 1.0, "stops_move": True}}
+# the steady amplitude at omega = 2, and that of a force of 1 on the mass, which its bias moves 1 to the right
+AT_TWO = 4.0 / math.hypot(3.0, 0.4)
+PRELOADED = {**_MASS, "forcing": [1.0], "bias": [1.0]}
+FORCED_AT_TWO = AT_TWO / 4.0
+TWO_OF_THE_CHAIN = {"masses": [1.0, 1.0], "stiffnesses": [1.0, 1.0], "damping": 0.1, "forcing": [1.0, 0.0]}
+
+
+@pytest.mark.parametrize(
+    ("oscillator", "gaps", "omega", "noted"),
+    [
+        (RACK, {"clearance": span(1.01 * AT_TWO, 9.0)}, 2.0, True),
+        (RACK, {"clearance": span(0.99 * AT_TWO, 9.0)}, 2.0, False),
+        (RACK, {"clearance": {"right": span(1.01 * AT_TWO, 9.0), "left": None}}, 2.0, True),
+        # the resonance lies between the samples
+        (RACK, {"clearance": 4.0}, span(0.5, 9.0), False),
+        (RACK, {"clearance": 5.1}, span(0.5, 9.0), True),
+        ({**RACK, "base": {"amplitude": 0.0, "stops_move": True}}, {"clearance": span(1.0, 9.0)}, 2.0, False),
+        # the clearance of each stop is compared with the way to that side of the equilibrium
+        (PRELOADED, {"clearance": {"right": span(1.0 + 1.01 * FORCED_AT_TWO, 9.0), "left": 0.1}}, 2.0, True),
+        (PRELOADED, {"clearance": {"right": span(1.0 + 0.99 * FORCED_AT_TWO, 9.0), "left": 0.1}}, 2.0, False),
+        (PRELOADED, {"clearance": {"right": 5.0, "left": span(-0.99, 9.0)}}, 2.0, False),
+        (PRELOADED, {"clearance": {"right": 5.0, "left": span(-0.6, 9.0)}}, 2.0, True),
+        # stops that are not alike, of a chain
+        (TWO_OF_THE_CHAIN, {"clearance": {"right": span(90.0, 99.0), "left": 80.0}}, 2.0, True),
+        (TWO_OF_THE_CHAIN, {"clearance": {"right": span(90.0, 99.0), "left": 0.1}}, 2.0, False),
+        # the curve moves where a mass varies; it is no window where nothing varies but a restitution
+        (RACK, {"clearance": 90.0, "vary": "damping", "range": span(0.5, 2.0)}, 2.0, False),
+        (RACK, {"clearance": 90.0, "vary": "restitution", "range": span(0.5, 0.9)}, 2.0, False),
+    ],
+)  # fmt: skip
+def test_a_window_above_the_grazing_clearance_of_every_stop_is_noted_for_every_machine(oscillator, gaps, omega, noted):
+    body = {"oscillator": oscillator, "omega": omega, **gaps}
+    assert codes("bifurcation-diagrams", body) == ["above-grazing-curve"] * noted
+
+
+def test_what_asks_for_the_grazing_curve_itself_is_no_window():
+    body = {"oscillator": RACK, "omega": span(0.5, 0.6), "clearance": {"left": 90.0}}
+    assert codes("grazing-curves", body) == []
+
+
 def test_the_note_says_where_the_grazing_curve_is():
     (note,) = notes_on(parse_request("unfolding-maps", MAP | {"clearance": span(9.0, 10.0)}))
     low, high = (float(word) for word in re.findall(r"\d+\.\d+", note.detail))

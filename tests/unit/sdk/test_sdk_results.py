@@ -119,6 +119,7 @@ def test_json_is_strict_and_writes_nan_as_null(tmp_path):
     [
         ("periodic-orbits", {"converged": False, "reason": "no motion with these stops"}, "no motion with these stops"),
         (RESTED, {}, "<PeriodicOrbit: 1-1r-1l, stable, by simulation>"),
+        ("unfolding-maps", {}, "2 unresolved (33.33%)"),
         (MOTIONS, {}, "<BifurcationCurves: 2 pieces of curves, 1 motion not found>"),
         (MANY, {}, "<Trajectories: 3 trajectories: 2 x unresolved, 1 x 1-1r-1l>"),
         ("bifurcation-diagrams", {}, "<BifurcationDiagram: 2 values of clearance, 1 sensitive>"),
@@ -561,12 +562,57 @@ def test_a_place_in_a_map_has_the_label_of_the_nearest_point_and_a_request_for_i
     assert (free.label, free.request) == ("1-(-1)r-(-1)l", None)
     with pytest.raises(ValueError, match=r"omega = 0\.4 is outside the map, which has 0\.2 to 0\.3"):
         umap.at(0.4, 1.5)
-    oscillator = {**umap.meta["request"]["oscillator"], "units": "SI"}
-    umap.meta["request"] = {**umap.meta["request"], "oscillator": oscillator}
+    in_si(umap)
     with pytest.raises(ValueError, match=r"omega = 0\.4 rad/s .* has 0\.2 to 0\.3 rad/s, 0\.0318\d* to 0\.0477\d* Hz"):
         umap.at(0.4, 1.5)
     with pytest.raises(ValueError, match=r"clearance = 2 m is outside the map, .* 1\.5 to 1\.6 m, 1500 to 1600 mm"):
         umap.at(0.2, 2.0)
+
+
+def in_si(result):
+    """Return a result as if its machine were in SI."""
+    request = result.meta["request"]
+    result.meta["request"] = {**request, "oscillator": {**request["oscillator"], "units": "SI"}}
+    return result
+
+
+def test_places_of_a_map_in_si_are_texts_with_units_as_in_a_request(client, service):
+    umap = in_si(result_of("unfolding-maps"))
+    hertz, millimetres = f"{0.21 / (2.0 * np.pi)!r} Hz", "1580 mm"
+    named, point = umap.at(hertz, millimetres), umap.at(0.21, 1.58)
+    assert (named.omega, named.clearance, named.label) == (point.omega, point.clearance, point.label)
+    assert named.horizontal_offset == pytest.approx(point.horizontal_offset, abs=1e-15)
+    client.unfolding_map(**umap.zoom((hertz, "0.24 rad/s"), ("1520 mm", "1.7 m")), progress=False)
+    (job,) = service.jobs.values()
+    assert job["request"]["horizontal"]["values"]["start"] == pytest.approx(0.21, rel=1e-15)
+    assert job["request"]["vertical"]["values"] == {"start": 1.52, "stop": 1.7, "points": 2}
+    for place, named in (((hertz, "5 Hz"), "clearance"), (("fast", 1.6), "omega")):
+        with pytest.raises(ValueError, match=f"^{named}: "):
+            umap.at(*place)
+    with pytest.raises(ValueError, match="nondimensional"):
+        result_of("unfolding-maps").at(hertz, 1.6)
+
+
+def test_frequencies_of_a_curve_in_si_are_texts_with_units_as_in_a_request():
+    curve = in_si(result_of("grazing-curves"))
+    texts = [f"{omega / (2.0 * np.pi)!r} Hz" for omega in (0.2000001, 0.29)]
+    np.testing.assert_allclose(curve.at(texts), curve.at([0.2000001, 0.29]), rtol=1e-12)
+    np.testing.assert_array_equal(curve.at(np.array(texts)), curve.at(texts))
+    assert curve.at(texts[1]).shape == ()
+    for omega in ([texts[0], 0.29], "5 mm", "fast"):
+        with pytest.raises(ValueError, match=r"^omega: "):
+            curve.at(omega)
+    points = in_si(result_of("codimension-two-points"))
+    drawn = [points.plot_unfolding(omega=omega).get_xlim() for omega in (texts, (0.2000001, 0.29))]
+    assert drawn[0] == pytest.approx(drawn[1])
+
+
+@pytest.mark.parametrize(("multiplier", "closed"), [(0.5, 0), (0.995, 4600), (1.0 - 1e-9, 1e5), (np.nan, 0), (1.01, 0)])
+def test_the_orbit_of_a_point_is_looked_for_when_its_trajectory_has_closed(multiplier, closed):
+    umap = result_of("unfolding-maps", {"multiplier": np.full((2, 3), multiplier)})
+    periods = umap.at(0.2, 1.6).request["transient_periods"]
+    assert periods >= max(1000, closed)
+    assert multiplier**periods <= 1e-10 or closed in (0, periods)
 
 
 def test_a_part_of_a_map_is_asked_for_with_the_settings_of_the_map(client, service):

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from grazemap import errors
@@ -47,6 +48,23 @@ def test_what_is_no_number_with_a_unit_of_its_field_is_named(machine, omega, exp
     with pytest.raises(errors.ParameterError) as raised:
         request_of("trajectory", machine, omega=omega, clearance=1.0, periods=3)
     assert all(part in str(raised.value) for part in expected)
+
+
+@pytest.mark.parametrize(
+    ("method", "asked", "place"),
+    [
+        ("grazing_curve", {"omega": ("5 Hz", 40), "points": 3}, "/omega"),
+        ("grazing_curve", {"omega": [np.float64(31.0), "40 rad/s"]}, "/omega"),
+        ("structure", {"omega": [1, "2 Hz"]}, "/omega"),
+        ("unfolding_map", {"omega": (31, 40), "clearance": {"right": ("1 mm", 0.002), "left": 1}}, "/clearance/right"),
+        ("unfolding_map", {"omega": (31, 40), "vertical": ("clearance", 0.001, "2 mm")}, "/vertical/values"),
+    ],
+)
+def test_a_list_or_a_range_has_a_unit_with_each_number_or_with_none(method, asked, place):
+    shape = {"shape": (2, 2)} if method == "unfolding_map" else {}
+    with pytest.raises(errors.ParameterError) as raised:
+        request_of(method, MACHINE, **asked, **shape)
+    assert [error.pointer for error in raised.value.problem.errors] == [place]
 
 
 def test_texts_that_are_no_quantities_stay_as_they_are():
