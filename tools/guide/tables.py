@@ -1,10 +1,10 @@
 """Write the tables and signatures that follow from the code, in the guide: `python -m tools.guide.tables`.
 
 A table stands between ``<!-- fields of NAME -->`` and ``<!-- end of fields -->``, where NAME is that of a result or a
-record in the schemas, "request-PROCESS" for how a process is called and what it takes, "classes" for the table of the
-client's classes, "processes" for the addresses of all processes, "settings" for the settings of service and workers,
-"clients" for how a client is made, or "methods" for those of a client. A process without a page gets one, to be written
-on by hand.
+record in the schemas, "request-PROCESS" for how a process is called and what it takes, "classes" for the classes of
+results with their tables and methods, "processes" for the addresses of all processes, "settings" for the settings of
+service and workers, "clients" for how a client is made, or "methods" for those of a client. A process without a page
+gets one, to be written on by hand.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from functools import partial
 from inspect import Parameter, signature
 from pathlib import Path
 from textwrap import fill
-from typing import Any
+from typing import Any, cast
+from unittest.mock import Mock
 
 from grazemap import Client, local
 from grazemap.client.process_methods import METHODS
@@ -24,6 +25,7 @@ from grazemap.results import RESULTS, SCHEMAS
 from grazemap.results.base import Result
 from grazemap.results.fields import Field, RecordSchema, ResultSchema
 from grazemap.results.observables import OBSERVABLES
+from grazemap.results.tables import PLANE, POINTS, is_table
 from grazemap.wire import PROCESSES, ProcessRequest
 from grazemap_service.settings_list import settings
 
@@ -297,32 +299,34 @@ def _literal(value: Any) -> str:
 
 
 def _classes() -> Iterator[str]:
-    yield "| class | attributes | and |"
+    yield "| class | tables | properties and methods |"
     yield "|---|---|---|"
     for schema in SCHEMAS:
         kind = RESULTS[schema.name]
         shown = sorted(name for name, value in vars(kind).items() if _is_public(name, value))
         methods = ", ".join(f"`{name}()`" if callable(vars(kind)[name]) else f"`{name}`" for name in shown)
-        yield f"| `{schema.name}` | {_attributes(schema, kind)} | {methods} |"
+        tables = ", ".join(f"`{name}`" for name in _possible_tables(schema, kind))
+        yield f"| [`{schema.name}`](reference/{schema.process}.md) | {tables} | {methods} |"
+
+
+def _possible_tables(schema: ResultSchema, kind: type[Result]) -> Iterator[str]:
+    """Yield the tables that results of a class may have, in the order of `grazemap.results.tables.tables`."""
+    yield from filter(None, (schema.rows,))
+    for field in filter(is_table, schema):
+        # outputs over points are columns of another table
+        if field.name != "outputs" or not any(inner.dims for inner in _all_fields(cast("RecordSchema", field.type))):
+            yield field.name
+    # their names need no numbers
+    yield from kind.derived_tables(Mock())
+    planes = (schema, *(field.type for field in schema if isinstance(field.type, ResultSchema)))
+    if any(field.dims == PLANE for plane in planes for field in plane.derived):
+        yield POINTS
 
 
 def _is_public(name: str, value: object) -> bool:
     if name.startswith("_") or hasattr(Result, name):
         return False
     return callable(value) or isinstance(value, property)
-
-
-def _attributes(record: RecordSchema, kind: type | None = None) -> str:
-    parts = []
-    for one in record:
-        if one.stored_only:
-            continue
-        dims = f" [{', '.join(one.dims)}]" if one.dims else ""
-        inner = ""
-        if isinstance(one.type, RecordSchema) and one.type.name not in RESULTS and one.type.name != "TrajectoryRecord":
-            inner = f": {one.type.name}"
-        parts.append(f"{one.name}{dims}{inner}")
-    return "; ".join(parts)
 
 
 def main() -> None:

@@ -27,7 +27,10 @@ _Columns = dict[str, tuple[Field, list[Any]]]
 POINTS = "points"
 """The table of the points of a plane, or of those of curves."""
 
-_PLANE, _CURVE, _POINT = ("vertical", "horizontal"), ("curve",), ("point",)
+PLANE = ("vertical", "horizontal")
+"""The dimensions of a plane."""
+
+_CURVE, _POINT = ("curve",), ("point",)
 # Characters of the longest text in a printed table.
 _WIDEST = 24
 # pandas types of columns that can hold None.
@@ -37,7 +40,7 @@ _NULLABLE = {"int": "Int64", "bool": "boolean"}
 def tables(result: Result) -> list[str]:
     """Return the names of the tables that a result has."""
     stored = [
-        field.name for field in result.schema if _is_table(field) and getattr(result, field.name, None) is not None
+        field.name for field in result.schema if is_table(field) and getattr(result, field.name, None) is not None
     ]
     stored = [name for name in stored if name != "outputs" or _are_rows(result)]
     rows = [result.schema.rows] if result.schema.rows else []
@@ -133,7 +136,7 @@ def columns(result: Result, name: str) -> dict[str, Column]:
 def _plane_of(result: Result) -> Result | None:
     """Return the result that has arrays over a plane: it, or its map; None if there is none."""
     plane: Result = getattr(result, "unfolding_map", result)
-    return plane if any(field.dims == _PLANE for field in plane.schema.derived) else None
+    return plane if any(field.dims == PLANE for field in plane.schema.derived) else None
 
 
 def _curves_of(result: Result) -> Field | None:
@@ -153,7 +156,7 @@ def _has_points(result: Result) -> bool:
 def _points_of_curves(result: Result, curves: Field) -> dict[str, Column]:
     """Return the columns of the points of curves: the position of the curve, what it is, and the numbers of a point."""
     items = getattr(result, curves.name)
-    axes: dict[str, str] = dict(zip(reversed(_PLANE), getattr(result, "parameters", ()), strict=False))
+    axes: dict[str, str] = dict(zip(reversed(PLANE), getattr(result, "parameters", ()), strict=False))
     lengths = [_length(curves, item) for item in items]
     table = {curves.dims[0]: Column(np.repeat(np.arange(len(items)), lengths))}
     for inner in _inside(curves):
@@ -181,7 +184,7 @@ def _length(curves: Field, item: Any) -> int:
 
 def _points(plane: Result) -> dict[str, Column]:
     """Return the columns of the points of a plane: both coordinates, the names of motions, and all numbers."""
-    up, across = (np.asarray(getattr(plane, role)) for role in _PLANE)
+    up, across = (np.asarray(getattr(plane, role)) for role in PLANE)
     table: dict[str, Column] = {}
     for role, values in (("horizontal", np.tile(across, len(up))), ("vertical", np.repeat(up, len(across)))):
         name = plane.roles.get(role, role)
@@ -189,11 +192,11 @@ def _points(plane: Result) -> dict[str, Column]:
         table[name] = Column(values, None, (stored[0] if stored else unit_of(name)) if plane.units == "SI" else "")
     derived = plane.derived()
     for field in plane.schema.derived:
-        if field.dims == _PLANE:
+        if field.dims == PLANE:
             codes, texts = derived[field.name]
             table[field.name] = Column(np.array(texts, dtype=object)[codes].ravel())
     for field in plane.schema:
-        if field.dims == _PLANE and (entries := getattr(plane, field.name)) is not None:
+        if field.dims == PLANE and (entries := getattr(plane, field.name)) is not None:
             names = getattr(plane, field.index_of) if field.index_of else None
             shown = entries if names is None else np.array(names, dtype=object)[entries]
             table[field.name] = Column(shown.ravel(), None, field.unit_in(plane.units))
@@ -283,7 +286,8 @@ def _are_rows(result: Result) -> bool:
     return any(not field.dims for field, _ in outputs_of(result))
 
 
-def _is_table(field: Field) -> bool:
+def is_table(field: Field) -> bool:
+    """Return whether a field is a list of records, or a record of arrays of one length."""
     if not isinstance(field.type, RecordSchema):
         return False
     dims = field.type.fields[0].dims

@@ -94,7 +94,7 @@ class MapBorders(Record):
     regular: BoolArray = field("Whether both motions are periodic.", "border")
     explanation: IntArray = field(
         "curve: one of the motions ends between the points; coexistence: both motions exist at both points, stable "
-        "and admissible; goes on: only one motion of the pair is periodic, and it exists at the other point too.",
+        "and admissible; goes on: the one motion of the pair that is periodic exists at both points.",
         "border",
         index_of="explanations",
     )

@@ -12,7 +12,9 @@ import pytest
 from grazemap import Client, local
 from grazemap.client.process_methods import METHODS
 from grazemap.results import SCHEMAS
+from grazemap.results.tables import tables as tables_of
 from grazemap.wire import PROCESSES
+from tests.support.sdk_documents import REQUESTS, result_of
 from tools.guide import tables
 
 
@@ -20,6 +22,15 @@ from tools.guide import tables
 def test_the_tables_are_those_of_the_schemas(page: Path) -> None:
     text = page.read_text("utf-8")
     assert tables.written(text) == text, "run `make tables`"
+
+
+@pytest.mark.parametrize("sample", REQUESTS)
+def test_the_client_s_page_has_every_table_of_a_result(sample: str) -> None:
+    result = result_of(sample)
+    (row,) = re.findall(
+        rf"^\| \[`{type(result).__name__}`\].*", (tables.DOCS / "sdk.md").read_text("utf-8"), re.MULTILINE
+    )
+    assert set(tables_of(result)) <= set(re.findall(r"`(\w+)`", row.split("|")[2]))
 
 
 def test_a_stale_table_is_noticed() -> None:

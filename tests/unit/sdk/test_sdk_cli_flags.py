@@ -243,9 +243,9 @@ def test_errors_name_the_flag_the_value_and_the_way_to_write_it(refused, tmp_pat
 
 
 def commands_of_the_guides():
-    for page in ("README.md", "docs/sdk.md"):
+    for page in ("README.md", "docs/command-line.md"):
         for line in (ROOT / page).read_text("utf-8").replace("\\\n", " ").splitlines():
-            written = shlex.split(line, comments=True) if line.startswith("    grazemap ") else []
+            written = shlex.split(line, comments=True) if re.match(r"(    )?grazemap ", line) else []
             if written[1:2] and written[1] in PROCESSES and "--help" not in written:
                 yield written[1:]
 
