@@ -51,7 +51,7 @@ class Block(NamedTuple):
     @property
     def differs(self) -> bool:
         """Whether it printed something else: records of JSON agree in numbers to nine digits, all else as text."""
-        if not self.shown.startswith(("{", "[")):
+        if self.language != "sh" or not self.shown.startswith(("{", "[")):
             return self.shown != self.printed
         lists = [list(_values([json.loads(line) for line in text.splitlines()])) for text in (self.shown, self.printed)]
         return len(lists[0]) != len(lists[1]) or not all(
