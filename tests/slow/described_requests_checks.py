@@ -46,6 +46,7 @@ RELATIONS = (
     "contact sees a free mode of the structure, which this version does not cover",
     "contact.row is a row of zeros",
     "several contacts are not covered in this version",
+    "these are the distances of both stops",
     r"\S+ is not (square|symmetric|positive definite)",
     "damping.modal is for a symmetric stiffness matrix: there are no real modes",
     "a free motion grows",

@@ -25,7 +25,7 @@ from grazemap.results import RESULTS, SCHEMAS
 from grazemap.results.base import Result
 from grazemap.results.fields import Field, RecordSchema, ResultSchema
 from grazemap.results.observables import OBSERVABLES
-from grazemap.results.tables import PLANE, POINTS, is_table
+from grazemap.results.tables import CURVE, PLANE, POINTS, is_table
 from grazemap.wire import PROCESSES, ProcessRequest
 from grazemap_service.settings_list import settings
 
@@ -319,7 +319,8 @@ def _possible_tables(schema: ResultSchema, kind: type[Result]) -> Iterator[str]:
     # their names need no numbers
     yield from kind.derived_tables(Mock())
     planes = (schema, *(field.type for field in schema if isinstance(field.type, ResultSchema)))
-    if any(field.dims == PLANE for plane in planes for field in plane.derived):
+    over_a_plane = any(field.dims == PLANE for plane in planes for field in plane.derived)
+    if over_a_plane or any(field.dims == CURVE for field in schema):
         yield POINTS
 
 

@@ -30,7 +30,9 @@ POINTS = "points"
 PLANE = ("vertical", "horizontal")
 """The dimensions of a plane."""
 
-_CURVE, _POINT = ("curve",), ("point",)
+CURVE = ("curve",)
+"""The dimension of a list of curves."""
+_POINT = ("point",)
 # Characters of the longest text in a printed table.
 _WIDEST = 24
 # pandas types of columns that can hold None.
@@ -141,7 +143,7 @@ def _plane_of(result: Result) -> Result | None:
 
 def _curves_of(result: Result) -> Field | None:
     """Return the field of a result that has curves with points; None if there is none."""
-    return next((field for field in result.schema if field.dims == _CURVE), None)
+    return next((field for field in result.schema if field.dims == CURVE), None)
 
 
 def _inside(curves: Field) -> tuple[Field, ...]:
