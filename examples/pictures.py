@@ -66,13 +66,14 @@ def clearance_of_a_hammer(client: Client) -> None:
     """
     hammer = Oscillator(units="SI", masses=[0.5], stiffnesses=[2000], damping=[1.5], forcing=[5], restitution=0.7)
     curve = client.grazing_curve(hammer, omega=("5 Hz", "16 Hz"), points=800, clearance={"left": None})
-    ax = curve.plot(points=False, legend="none", engineering_units=True)
-    ax.fill_between(curve.omega, curve.clearance_right, 0.04, color="#FFF3C8")
-    ax.fill_between(curve.omega, 0, curve.clearance_right, color="#44CCFF")
+    ax = curve.plot(points=False, legend="none")
+    frequency, gap = ax.lines[0].get_data()  # in Hz and mm
+    ax.fill_between(frequency, gap, 40, color="#FFF3C8")
+    ax.fill_between(frequency, 0, gap, color="#44CCFF")
     ax.text(0.04, 0.9, "clear of the stop", transform=ax.transAxes)
     ax.text(0.45, 0.1, "knocks", transform=ax.transAxes)
     ax.margins(x=0)
-    ax.set(title="One mass in front of one stop", ylim=(0, 0.04))
+    ax.set(title="One mass in front of one stop", ylim=(0, 40))
 
 
 def unlike_stops(client: Client) -> None:

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from grazemap.client.events import Event
     from grazemap.client.jobs import AsyncJobHandle
     from grazemap.local_stack import local
-    from grazemap.plots.engineering import engineering_units
     from grazemap.results import (
         BasinFractions,
         Basins,
@@ -57,7 +56,6 @@ _HOME = {
     "__version__": "grazemap.version",
     "compute": "grazemap.client.direct",
     "direct": "grazemap.client.direct",
-    "engineering_units": "grazemap.plots.engineering",
     "local": "grazemap.local_stack",
 }
 
@@ -87,7 +85,6 @@ __all__ = [
     "__version__",
     "compute",
     "direct",
-    "engineering_units",
     "errors",
     "load",
     "local",

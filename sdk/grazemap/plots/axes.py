@@ -14,15 +14,6 @@ from numpy.typing import NDArray
 
 from grazemap.constants import PictureStyle
 from grazemap.errors import MissingExtra
-from grazemap.plots.engineering import (
-    Wording,
-    colour_bars,
-    keep_wording,
-    scale_ticks,
-    unit_wording,
-    units_shown_on,
-    value_wording,
-)
 from grazemap.plots.layout import (
     Name,
     emptiest_corner,
@@ -34,10 +25,13 @@ from grazemap.plots.layout import (
     wrap_labels,
 )
 from grazemap.plots.palette import INK, PAPER
+from grazemap.plots.pen import Pen, scaled, units_along
 from grazemap.plots.styles import STYLES, Style, current_style, drawing_in
+from grazemap.plots.wordings import Wording, unit_wording, value_wording
 from grazemap.results import ChanceToSettle, Result
 from grazemap.results.observables import Quantity
 from grazemap.results.pictures import PICTURES, LegendPlace
+from grazemap.units import shown_in
 from grazemap.wire.planes import unit_of
 
 if TYPE_CHECKING:
@@ -51,6 +45,7 @@ if TYPE_CHECKING:
     from matplotlib.text import Text
 
 F = TypeVar("F", bound=Callable[..., Any])
+Floats = NDArray[np.float64]
 
 # Maximum share of the width and height of the axes that a legend covers, and minimum number of its entries.
 _MAX_COVERED, _MIN_ENTRIES = 0.6, 3
@@ -170,7 +165,7 @@ class Drawing:
     labels: bool
     """Whether there are a title, texts of the axes and names of regions."""
     shown_units: tuple[str, ...]
-    """The units in place of rad/s and m."""
+    """The units in place of rad/s and m: those of the axes, or else those of the result."""
     own_figure: bool = True
     """Whether the figure was made for this picture."""
     may_be_left_out: bool = False
@@ -193,33 +188,46 @@ class Drawing:
         assert figure is not None
         return figure
 
-    def describe(self, x: Wording, y: Wording, title: Wording | str | None = None) -> None:
-        """Give the axes their units and labels."""
-        self.describe_axis(self.ax.xaxis, x, self.ax.set_xlabel)
-        self.describe_axis(self.ax.yaxis, y, self.ax.set_ylabel)
+    def describe(self, x: Wording, y: Wording, title: Wording | str | None = None) -> Pen:
+        """Give the axes their units and labels, and return what draws on them."""
+        across = self.describe_axis(self.ax.xaxis, x, self.ax.set_xlabel)
+        up = self.describe_axis(self.ax.yaxis, y, self.ax.set_ylabel)
         if title is not None:
             self.write(partial(self.ax.set_title, fontsize=self.style.title), title)
+        return Pen(self.ax, across, up)
 
-    def describe_axis(self, axis: Axis, wording: Wording, put: Callable[[str], Text]) -> None:
-        """Give an axis its unit and its label. `put` sets the label, for example `ax.set_xlabel`."""
-        # `set_units` would forget the limits of regions
-        axis.units = wording.unit or None
-        scale_ticks(axis, self.shown_units)
-        self.write(put, wording)
+    def describe_axis(self, axis: Axis, wording: Wording, put: Callable[[str], Text]) -> float:
+        """Give an axis its unit and its label, and return the factor of its data.
+
+        An axis that has data of results keeps its unit. `put` sets the label, for example `ax.set_xlabel`.
+        """
+        shown = (*units_along(axis), *self.shown_units)
+        unit, factor = shown_in(wording.unit, shown)
+        if unit:
+            # `set_units` would forget the limits of regions
+            axis.units = unit
+        self._write(put, wording, shown)
+        return factor
 
     def write(self, put: Callable[[str], Text], wording: Wording | str) -> None:
         """Write a text, unless the picture has no texts. `put` sets the text, for example `ax.set_title`."""
-        if not self.labels:
-            return
-        wording = unit_wording(wording) if isinstance(wording, str) else wording
-        keep_wording(put(wording.text(self.shown_units)), wording)
+        self._write(put, unit_wording(wording) if isinstance(wording, str) else wording, self.shown_units)
 
-    def describe_plane(self, units: str, title: str) -> None:
-        """Label the axes of a picture in the plane of omega and clearance."""
-        self.describe(axis_label("omega", units), axis_label("clearance", units), title)
+    def _write(self, put: Callable[[str], Text], wording: Wording, shown: Sequence[str]) -> None:
+        if self.labels:
+            put(wording.text(shown))
+
+    def describe_plane(self, units: str, title: str) -> Pen:
+        """Label the axes of a picture in the plane of omega and clearance, and return what draws on them."""
+        return self.describe(axis_label("omega", units), axis_label("clearance", units), title)
+
+    def colour_values(self, values: Floats, wording: Wording) -> Floats:
+        """Return the values that colours stand for, in the unit of the scale of colours with a wording."""
+        shown: Floats = scaled(values, shown_in(wording.unit, self.shown_units)[1])
+        return shown
 
     def show_scale(self, drawn: ScalarMappable, wording: Wording) -> None:
-        """Add the scale of colours beside the axes."""
+        """Add the scale of colours, which stand for `colour_values`, beside the axes."""
         bar = self.ax.figure.colorbar(drawn, ax=self.ax, shrink=0.8).ax
         self.describe_axis(bar.yaxis, wording, bar.set_ylabel)
 
@@ -234,7 +242,8 @@ class Drawing:
 
     def finish(self) -> None:
         """Give what was drawn its style, and place the legend, the titles and the names. Call it once, at the end."""
-        figure, bars = self._figure, list(colour_bars(self.ax))
+        figure = self._figure
+        bars = [drawn.colorbar.ax for drawn in self.ax.collections if drawn.colorbar is not None]
         self.style.dress(self.ax, (artist for artist in self.ax.get_children() if artist not in self._before))
         inset: Any = self.ax.child_axes
         for bar in (*bars, *inset):
@@ -339,7 +348,7 @@ def drawing(
 
     For `legend=None` the legend is outside new axes. On the caller's axes it is inside; where it would cover most of
     them it is shortened, and left out if not even a few entries fit. In a style that has a width it is below them, if
-    the figure has a layout that makes room for it. Axes that show Hz or mm keep these units.
+    the figure has a layout that makes room for it. Axes that have data of results keep their units.
     """
     own_figure = ax is None if own_figure is None else own_figure
     ax = axes_or_new(ax, width, height)
@@ -347,7 +356,9 @@ def drawing(
     has_room = own_figure or (current_style().width and root is not None and root.get_layout_engine() is not None)
     place = legend or ("outside" if has_room else "inside")
     may_be_left_out = not own_figure and legend is None
-    return Drawing(ax, place, labels, (*units_shown_on(ax), *shown_units), own_figure, may_be_left_out)
+    return Drawing(
+        ax, place, labels, (*units_along(ax.xaxis), *units_along(ax.yaxis), *shown_units), own_figure, may_be_left_out
+    )
 
 
 def draws(
@@ -411,7 +422,7 @@ def rimmed(width: float, colour: str = PAPER) -> list[AbstractPathEffect]:
     return [withStroke(linewidth=width * current_style().scale, foreground=colour), Normal()]
 
 
-def cell_borders(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def cell_borders(values: Floats) -> Floats:
     """Return the borders of the cells around increasing values, shape (values + 1,)."""
     middle = (values[1:] + values[:-1]) / 2
     return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])

@@ -18,9 +18,9 @@ from grazemap.plots.axes import (
     point_text,
     share_text,
 )
-from grazemap.plots.engineering import unit_wording
 from grazemap.plots.hatching import hatch_sensitive
 from grazemap.plots.palette import OTHER, PAPER, UNRESOLVED, motion_colours, motion_text
+from grazemap.plots.wordings import unit_wording
 from grazemap.results import BasinFractions, Basins, ChanceToSettle, MotionShare
 from grazemap.wire import BasinCoordinate
 from grazemap.wire.planes import AXES
@@ -34,6 +34,10 @@ def plot_basins(result: Basins, drawing: Drawing, colours: Mapping[str, str] | N
     """Draw the rectangle of initial states; the legend names the attractors with their shares."""
     from matplotlib.colors import ListedColormap
 
+    axes = (BasinCoordinate.model_validate(result.meta["request"][name]) for name in AXES)
+    x, y = ("initial " + axis_label(axis.quantity, result.units, axis.mass) for axis in axes)
+    rows, columns = result.label.shape
+    pen = drawing.describe(x, y, "Basins of attraction at " + point_text(result) + f", {rows} × {columns} states")
     ax = drawing.ax
     motions = [attractor.motion for attractor in result.attractors]
     shown = motion_colours(motions, colours)
@@ -45,7 +49,7 @@ def plot_basins(result: Basins, drawing: Drawing, colours: Mapping[str, str] | N
         legend_square(ax, OTHER, f"{len(rest)} other attractors ({share_text(sum(rest))})")
     if result.unresolved > 0.0:
         legend_square(ax, UNRESOLVED, f"unresolved ({result.unresolved:.1%})")
-    ax.pcolormesh(
+    pen.pcolormesh(
         cell_borders(result.horizontal),
         cell_borders(result.vertical),
         result.label,
@@ -54,11 +58,7 @@ def plot_basins(result: Basins, drawing: Drawing, colours: Mapping[str, str] | N
         vmax=len(shown) - 0.5,
         rasterized=True,
     )
-    hatch_sensitive(ax, result.horizontal, result.vertical, result.sensitive)
-    axes = (BasinCoordinate.model_validate(result.meta["request"][name]) for name in AXES)
-    x, y = ("initial " + axis_label(axis.quantity, result.units, axis.mass) for axis in axes)
-    rows, columns = result.label.shape
-    drawing.describe(x, y, "Basins of attraction at " + point_text(result) + f", {rows} × {columns} states")
+    hatch_sensitive(pen, result.horizontal, result.vertical, result.sensitive)
     drawing.show_legend(handlelength=1.4, labelspacing=0.35)
     return ax
 
@@ -72,6 +72,9 @@ def plot_basin_fractions(
     `motions` is the number of attractors with a colour and a legend entry of their own; those with the largest shares
     are chosen. All others are drawn as "other".
     """
+    states = result.meta["request"]["states"]
+    title = "Basin fractions, " + point_text(result) + f", {states} states"
+    pen = drawing.describe(axis_label(result.vary, result.units), unit_wording("share of the initial states"), title)
     ax, every = drawing.ax, result.motions()
     chosen = np.sort(np.argsort([-motion.share for motion in every], kind="stable")[:motions])
     assigned = motion_colours([every[i] for i in chosen], colours)
@@ -86,13 +89,10 @@ def plot_basin_fractions(
     if np.any(result.unresolved > 0.0):
         areas.append(result.unresolved)
         drawn, texts = [*drawn, UNRESOLVED], [*texts, f"unresolved ({share_text(float(result.unresolved.mean()))})"]
-    ax.stackplot(result.parameter, areas, colors=drawn, edgecolor=PAPER, linewidth=0.4)
+    pen.stackplot(result.parameter, areas, colors=drawn, edgecolor=PAPER, linewidth=0.4)
     for colour, text in zip(drawn, texts, strict=True):
         legend_square(ax, colour, text)
-    states = result.meta["request"]["states"]
-    title = "Basin fractions, " + point_text(result) + f", {states} states"
-    drawing.describe(axis_label(result.vary, result.units), unit_wording("share of the initial states"), title)
-    ax.set_xlim(result.parameter[0], result.parameter[-1])
+    pen.set_xlim(result.parameter[0], result.parameter[-1])
     ax.set_ylim(0.0, 1.0)
     drawing.show_legend(handlelength=1.4, labelspacing=0.35)
     return ax

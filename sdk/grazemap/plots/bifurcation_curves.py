@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from grazemap.plots.axes import Drawing, draws, parameter_label, rimmed
 from grazemap.plots.palette import ANY_COLOUR, BIFURCATIONS, dash, label_text
+from grazemap.plots.pen import Pen
 from grazemap.plots.smooth import smooth_line
 from grazemap.results import BifurcationCurve, BifurcationCurves
 
@@ -20,24 +21,23 @@ if TYPE_CHECKING:
 @draws(BifurcationCurves)
 def plot_bifurcation_curves(result: BifurcationCurves, drawing: Drawing, admissible: bool) -> Axes:
     """Draw the curves; with `admissible` only those of admissible motions."""
-    ax = drawing.ax
     plane = result.plane
-    ax.set_xlim(*plane.horizontal.ends)
-    ax.set_ylim(*plane.vertical.ends)
-    draw_bifurcation_curves(ax, result, admissible)
     names = dict.fromkeys(
         label_text(motion.label) if motion.label else "a motion not found" for motion in result.motions
     )
     alone = "motions with one impact" + (", or one on either stop" if plane.mirrors else "")
     motions = ", ".join(names) or alone
     across, up = (parameter_label(name, result.units) for name in plane.names)
-    drawing.describe(across, up, f"Bifurcation curves of {motions}")
+    pen = drawing.describe(across, up, f"Bifurcation curves of {motions}")
+    pen.set_xlim(*plane.horizontal.ends)
+    pen.set_ylim(*plane.vertical.ends)
+    draw_bifurcation_curves(pen, result, admissible)
     drawing.show_legend(handlelength=3.0)
-    return ax
+    return drawing.ax
 
 
 def draw_bifurcation_curves(
-    ax: Axes,
+    pen: Pen,
     results: BifurcationCurves | Sequence[BifurcationCurves],
     admissible: bool = True,
     halo: bool = False,
@@ -52,7 +52,7 @@ def draw_bifurcation_curves(
     for curve in shown:
         style = curve_style(curve.type, 1.0 if curve.symmetric else 1.6, halo)
         across, up = smooth_line(_path(curve), curve.line).T
-        ax.plot(
+        pen.plot(
             across,
             up,
             linestyle=dash(dashes[curve.motion]),
@@ -62,10 +62,10 @@ def draw_bifurcation_curves(
         )
     only = f" of {label_text(next(iter(dashes)))}" if len(dashes) == 1 else ""
     for type in (name for name in BIFURCATIONS if any(curve.type == name for curve in shown)):
-        ax.plot([], [], label=BIFURCATIONS[type][2] + only, **curve_style(type, 1.6, halo=False))
+        pen.plot([], [], label=BIFURCATIONS[type][2] + only, **curve_style(type, 1.6, halo=False))
     for motion, number in () if only else dashes.items():
         style = {"color": ANY_COLOUR, "linestyle": dash(number), "linewidth": 1.6}
-        ax.plot([], [], label=f"of {label_text(motion)}", **style)
+        pen.plot([], [], label=f"of {label_text(motion)}", **style)
 
 
 def _path(curve: BifurcationCurve) -> NDArray[np.float64]:

@@ -40,8 +40,15 @@ def plot_bifurcation_diagram(
     All others are drawn as "other". `observed` has the values of an observable or an output, one for each value of the
     parameter; None for other quantities. Ticks along the top mark sensitive motions.
     """
-    ax = drawing.ax
     parameter, values = result.points(quantity)
+    what = "before impacts" if quantity == "impact_velocity" else "once a forcing period"
+    wording = (
+        axis_label(quantity.removeprefix("impact_"), result.units) + f", {what}"
+        if observed is None
+        else quantity_label(observed)
+    )
+    title = "Bifurcation diagram, " + point_text(result) + f", {result.meta['request']['policy']}"
+    ax, pen = drawing.ax, drawing.describe(parameter_label(result.vary, result.units), wording, title)
     labels = np.array(result.labels())
     count = [len(getattr(section, quantity)) for section in result.sections] if observed is None else 1
     label_of_point = np.repeat(labels, count)
@@ -64,25 +71,15 @@ def plot_bifurcation_diagram(
     for chosen, colour, text in entries:
         style: dict[str, Any] = {"linestyle": "none", "marker": ".", "markeredgewidth": 0.0, "rasterized": True}
         if is_light(colour):  # light dots are drawn on dark ones, so that they are seen on white
-            ax.plot(parameter[chosen], values[chosen], color=INK, markersize=4.2, zorder=2.0, **style)
-        ax.plot(parameter[chosen], values[chosen], color=colour, markersize=2.8, zorder=2.1, **style)
+            pen.plot(parameter[chosen], values[chosen], color=INK, markersize=4.2, zorder=2.0, **style)
+        pen.plot(parameter[chosen], values[chosen], color=colour, markersize=2.8, zorder=2.1, **style)
         legend_square(ax, colour, text)
     sensitive = result.parameter[[section.sensitive for section in result.sections]]
     if sensitive.size:
         style = {"linestyle": "none", "marker": "|", "color": INK, "transform": ax.get_xaxis_transform()}
-        ax.plot(sensitive, np.full(sensitive.size, 0.985), label=f"sensitive ({_values(sensitive.size)})", **style)
-    what = "before impacts" if quantity == "impact_velocity" else "once a forcing period"
-    wording = (
-        axis_label(quantity.removeprefix("impact_"), result.units) + f", {what}"
-        if observed is None
-        else quantity_label(observed)
-    )
-    request = result.meta["request"]
-    drawing.describe(
-        parameter_label(result.vary, result.units),
-        wording,
-        "Bifurcation diagram, " + point_text(result) + f", {request['policy']}",
-    )
+        ax.plot(
+            pen.x(sensitive), np.full(sensitive.size, 0.985), label=f"sensitive ({_values(sensitive.size)})", **style
+        )
     ax.margins(x=0.01)
     drawing.show_legend(handlelength=1.0, labelspacing=0.35)
     return ax

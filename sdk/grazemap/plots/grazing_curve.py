@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from grazemap.plots.axes import Drawing, draws, rimmed
 from grazemap.plots.palette import BIFURCATIONS, INK, LINE, NAMED, PAPER, UNRESOLVED, order_style
+from grazemap.plots.pen import Pen
 from grazemap.results import (
     CodimensionTwoPoint,
     CodimensionTwoPoints,
@@ -42,15 +43,14 @@ def plot_grazing_curve(
     curve: GrazingCurve | StopGrazingCurves, drawing: Drawing, points: CodimensionTwoPoints | Literal[False] | None
 ) -> Axes:
     """Draw clearance over omega with codimension-two points: `points`, or for None the curve's own; for False none."""
-    ax = drawing.ax
-    draw_curve(ax, curve)
+    pen = drawing.describe_plane(curve.units, "Grazing curve" if isinstance(curve, GrazingCurve) else "Grazing curves")
+    draw_curve(pen, curve)
     if points is not False:
         span = float(curve.omega[0]), float(curve.omega[-1])
-        draw_points(ax, points.points if points is not None else curve.points, span)
-    drawing.describe_plane(curve.units, "Grazing curve" if isinstance(curve, GrazingCurve) else "Grazing curves")
-    ax.margins(x=0.01)
+        draw_points(pen, points.points if points is not None else curve.points, span)
+    drawing.ax.margins(x=0.01)
     drawing.show_legend()
-    return ax
+    return drawing.ax
 
 
 @draws(CodimensionTwoPoints)
@@ -58,9 +58,9 @@ def plot_codimension_two_points(
     points: CodimensionTwoPoints, drawing: Drawing, curve: GrazingCurve | StopGrazingCurves | None
 ) -> Axes:
     """Draw codimension-two points on a grazing curve; without `curve` it is evaluated over the omega of the request."""
-    ax = drawing.ax
+    pen = drawing.describe_plane(points.units, "Codimension-two points of the grazing curve")
     if curve is not None:
-        draw_curve(ax, curve)
+        draw_curve(pen, curve)
     else:
         request = points.meta["request"]
         interval = request["axis"]["values"]
@@ -68,22 +68,21 @@ def plot_codimension_two_points(
         omega = np.union1d(between, [point.omega for point in points.points])
         oscillator, fixed = Oscillator.model_validate(request["oscillator"]), request.get("clearance")
         if oscillator.is_symmetric and fixed is None:
-            ax.plot(omega, steady_amplitude(oscillator, omega), color=INK, linewidth=1.2, label=CURVE, zorder=3)
+            pen.plot(omega, steady_amplitude(oscillator, omega), color=INK, linewidth=1.2, label=CURVE, zorder=3)
         else:
-            _draw_evaluated(ax, oscillator, omega, fixed)
-    draw_points(ax, points.points)
-    drawing.describe_plane(points.units, "Codimension-two points of the grazing curve")
+            _draw_evaluated(pen, oscillator, omega, fixed)
+    draw_points(pen, points.points)
     drawing.show_legend()
-    return ax
+    return drawing.ax
 
 
-def _draw_evaluated(ax: Axes, oscillator: Oscillator, omega: Floats, fixed: Mapping[str, float | None] | None) -> None:
-    """Add the grazing curves of unlike stops to axes; `fixed` has the clearance of the stop that does not vary."""
+def _draw_evaluated(pen: Pen, oscillator: Oscillator, omega: Floats, fixed: Mapping[str, float | None] | None) -> None:
+    """Draw the grazing curves of unlike stops; `fixed` has the clearance of the stop that does not vary."""
     for stop in SIDES:
         if fixed is None or stop not in fixed:
             clearance = grazing_clearance(oscillator, omega, stop)
             beside = clearance if fixed is None else next(iter(fixed.values()))
-            draw_graze(ax, stop, omega, clearance, meets_other_stop(oscillator, omega, stop, beside))
+            draw_graze(pen, stop, omega, clearance, meets_other_stop(oscillator, omega, stop, beside))
 
 
 def meets_other_stop(
@@ -99,14 +98,14 @@ def meets_other_stop(
     return np.asarray(grazing_clearance(oscillator, omega, opposite) > clearance)
 
 
-def draw_curve(ax: Axes, curve: GrazingCurve | StopGrazingCurves, halo: bool = False) -> None:
-    """Add a grazing curve to axes, or the grazing curves of the stops, which are dashed where they are virtual.
+def draw_curve(pen: Pen, curve: GrazingCurve | StopGrazingCurves, halo: bool = False) -> None:
+    """Draw a grazing curve, or the grazing curves of the stops, which are dashed where they are virtual.
 
     Under a grazing curve of both stops, a band marks the stretches on which the graze does not recur.
 
     Parameters
     ----------
-    ax : Axes
+    pen : Pen
     curve : GrazingCurve or StopGrazingCurves
     halo : bool
         Draw a white line with dark rims, without the band, so that it differs from other curves and from regions.
@@ -115,9 +114,9 @@ def draw_curve(ax: Axes, curve: GrazingCurve | StopGrazingCurves, halo: bool = F
         for name in SIDES:
             clearance, virtual = getattr(curve, f"clearance_{name}"), getattr(curve, f"virtual_{name}")
             if clearance is not None:
-                draw_graze(ax, name, curve.omega, clearance, virtual, halo)
+                draw_graze(pen, name, curve.omega, clearance, virtual, halo)
         return
-    ax.plot(
+    pen.plot(
         curve.omega,
         curve.clearance,
         color=PAPER if halo else INK,
@@ -128,7 +127,7 @@ def draw_curve(ax: Axes, curve: GrazingCurve | StopGrazingCurves, halo: bool = F
     )
     quiet = curve.first_recurrence == 0
     if quiet.any() and not halo:
-        ax.plot(
+        pen.plot(
             curve.omega,
             np.where(quiet, curve.clearance, np.nan),
             color=_QUIET,
@@ -140,9 +139,9 @@ def draw_curve(ax: Axes, curve: GrazingCurve | StopGrazingCurves, halo: bool = F
 
 
 def draw_graze(
-    ax: Axes, stop: StopName, omega: Floats, clearance: Floats, virtual: Booleans, halo: bool = False
+    pen: Pen, stop: StopName, omega: Floats, clearance: Floats, virtual: Booleans, halo: bool = False
 ) -> None:
-    """Add the grazing curve of the stop "right" or "left" to axes, dashed where it is virtual.
+    """Draw the grazing curve of the stop "right" or "left", dashed where it is virtual.
 
     `halo` is that of `draw_curve`. The curves of the two stops have different colours.
     """
@@ -150,14 +149,14 @@ def draw_graze(
     style: dict[str, Any] = {"color": colour, "path_effects": rimmed(3.2, INK) if halo else None, "zorder": 3}
     text = f"graze of the {stop} stop"
     if not virtual.all():
-        ax.plot(omega, np.where(virtual, np.nan, clearance), linewidth=1.2, label=text, **style)
+        pen.plot(omega, np.where(virtual, np.nan, clearance), linewidth=1.2, label=text, **style)
     if virtual.any():
         drawn, text = np.where(virtual, clearance, np.nan), f"{text}, virtual"
-        ax.plot(omega, drawn, linewidth=1.0, linestyle="--", label=text, **style)
+        pen.plot(omega, drawn, linewidth=1.0, linestyle="--", label=text, **style)
 
 
-def draw_plane_grazes(ax: Axes, curves: Sequence[GrazingCurveOfPlane], both: bool) -> None:
-    """Add the grazing curves of a plane of any two parameters, dashed where they are virtual.
+def draw_plane_grazes(pen: Pen, curves: Sequence[GrazingCurveOfPlane], both: bool) -> None:
+    """Draw the grazing curves of a plane of any two parameters, dashed where they are virtual.
 
     `both` says whether the two stops are grazed at once.
     """
@@ -170,14 +169,14 @@ def draw_plane_grazes(ax: Axes, curves: Sequence[GrazingCurveOfPlane], both: boo
                 continue
             shown = [np.where(drawn, values, np.nan) for values in (curve.horizontal, curve.vertical)]
             style: dict[str, Any] = {"color": colour, "linestyle": dash, "path_effects": rimmed(3.2, INK)}
-            ax.plot(*shown, linewidth=1.2, label=None if label in labelled else label, zorder=3, **style)
+            pen.plot(*shown, linewidth=1.2, label=None if label in labelled else label, zorder=3, **style)
             labelled.add(label)
 
 
 def draw_points(
-    ax: Axes, points: Sequence[CodimensionTwoPoint], span: tuple[float, float] | None = None, rim: bool = False
+    pen: Pen, points: Sequence[CodimensionTwoPoint], span: tuple[float, float] | None = None, rim: bool = False
 ) -> None:
-    """Add codimension-two points to axes, with a legend entry per kind.
+    """Draw codimension-two points, with a legend entry per kind.
 
     Recurrences are asterisks. Active ones are coloured by order, and low orders are larger and above higher ones;
     where a smaller order recurs already, they are small and grey. The marker of a resonant point shows the
@@ -186,7 +185,7 @@ def draw_points(
 
     Parameters
     ----------
-    ax : Axes
+    pen : Pen
     points : sequence of CodimensionTwoPoint
     span : (float, float), optional
         Interval of omega outside which points are left out.
@@ -198,14 +197,14 @@ def draw_points(
     size = max(0.6, min(1.0, (_MAX_FULL_SIZE / max(1, len(inside))) ** 0.5))
     recurrences = [point for point in inside if point.kind == "recurrence"]
     double = [point for point in inside if point.kind == "double-graze"]
-    _mark(ax, double, rim, marker="P", color=INK, markersize=8 * size, label="both stops grazed", zorder=6)
+    _mark(pen, double, rim, marker="P", color=INK, markersize=8 * size, label="both stops grazed", zorder=6)
     corners = [point for point in inside if point.kind == "corner"]
     style: dict[str, Any] = {"marker": "v", "color": INK, "markerfacecolor": PAPER, "markersize": 7 * size}
-    _mark(ax, corners, rim, **style, label="corner: two maxima are equal", zorder=6)
+    _mark(pen, corners, rim, **style, label="corner: two maxima are equal", zorder=6)
     passive = [point for point in recurrences if not point.active]
     text = "recurrence where a smaller order recurs"
     style = {**order_style(1), "color": _PASSIVE}
-    _mark(ax, passive, rim, **style, markersize=5 * size, label=text, zorder=4)
+    _mark(pen, passive, rim, **style, markersize=5 * size, label=text, zorder=4)
     for name, (marker, colour, text) in BIFURCATIONS.items():
         for symmetric, side in ((False, "one-sided"), (True, "symmetric")):
             chosen = [p for p in inside if p.bifurcation == name and bool(p.symmetric) is symmetric]
@@ -214,16 +213,16 @@ def draw_points(
                 "color": colour,
                 "markerfacecolor": "white" if symmetric else colour,
             }
-            _mark(ax, chosen, rim, **style, markersize=5.5 * size, label=f"resonant, {text}, {side}", zorder=5)
+            _mark(pen, chosen, rim, **style, markersize=5.5 * size, label=f"resonant, {text}, {side}", zorder=5)
     for order in sorted({point.order or 0 for point in recurrences if point.active}):
         chosen = [point for point in recurrences if point.active and point.order == order]
         style = {**order_style(order), "markersize": max(9 * size, _MAX_MARKER_SIZE - 1.5 * order)}
         layer = {"zorder": 6.0 + 0.5 ** max(1, order)}
-        _mark(ax, chosen, rim, 0.6 + 0.8 * size, label=f"recurrence of order {order}", **style, **layer)
+        _mark(pen, chosen, rim, 0.6 + 0.8 * size, label=f"recurrence of order {order}", **style, **layer)
 
 
-def _mark(ax: Axes, points: Sequence[CodimensionTwoPoint], rim: bool, edge: float = 0.9, **style: Any) -> None:
+def _mark(pen: Pen, points: Sequence[CodimensionTwoPoint], rim: bool, edge: float = 0.9, **style: Any) -> None:
     if points:
         omega, clearance = [point.omega for point in points], [point.clearance for point in points]
         effects = rimmed(edge + 1.6) if rim else None
-        ax.plot(omega, clearance, linestyle="none", markeredgewidth=edge, path_effects=effects, **style)
+        pen.plot(omega, clearance, linestyle="none", markeredgewidth=edge, path_effects=effects, **style)

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.plots.axes import rimmed, share_text
 from grazemap.plots.palette import INK
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from grazemap.plots.pen import Pen
 
 # Distance between strokes and their length, in typographic points: single strokes are visible, many form a hatching.
 _SPACING, _LENGTH = 4.0, 4.5
@@ -19,7 +15,7 @@ _POINTS_PER_INCH = 72.0
 
 
 def hatch_sensitive(
-    ax: Axes, horizontal: NDArray[np.float64], vertical: NDArray[np.float64], sensitive: NDArray[np.bool_]
+    pen: Pen, horizontal: NDArray[np.float64], vertical: NDArray[np.float64], sensitive: NDArray[np.bool_]
 ) -> None:
     """Draw strokes on the sensitive points of a plane, and give their share in the legend.
 
@@ -35,10 +31,11 @@ def hatch_sensitive(
     """
     if not sensitive.any():
         return
+    ax = pen.ax
     sides = np.array([ax.bbox.height, ax.bbox.width]) / ax.figure.dpi * _POINTS_PER_INCH
     height, width = np.ceil(sensitive.shape / np.maximum(sides / _SPACING, 1.0)).astype(int)
     rows, columns = one_in_each_block(sensitive, height, width)
-    ax.plot(
+    pen.plot(
         horizontal[columns],
         vertical[rows],
         linestyle="none",

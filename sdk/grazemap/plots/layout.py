@@ -81,8 +81,6 @@ def wrap(text: Text, length: float, vertical: bool = False) -> bool:
         tried = (lines_of(words, limit) for limit in limits)
         broken += next(lines for lines in tried if len(lines) <= count)
     text.set_text("\n".join(broken))
-    if getattr(text, "written", None) == whole:  # its units may be changed later
-        text.written = text.get_text()  # type: ignore[attr-defined]
     return len(broken) > whole.count("\n") + 1
 
 

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from grazemap.plots.axes import Drawing, axis_label, draws, rimmed
-from grazemap.plots.engineering import unit_wording
 from grazemap.plots.grazing_curve import CURVE
 from grazemap.plots.layout import Name
 from grazemap.plots.palette import ANY_COLOUR, BIFURCATIONS, INK, PAPER, dash
+from grazemap.plots.pen import Pen
+from grazemap.plots.wordings import unit_wording
 from grazemap.results import CodimensionTwoPoint, CodimensionTwoPoints, Unfolding
 
 if TYPE_CHECKING:
@@ -32,32 +33,31 @@ def plot_local_unfolding(result: CodimensionTwoPoints, drawing: Drawing, omega: 
     saddle-node curve of the same motions. Curves of inadmissible motions are pale. If there are too many points, those
     of admissible motions with the shortest periods are drawn, and the title says how many.
     """
-    ax = drawing.ax
     interval = result.meta["request"]["axis"]["values"]
     start, stop = omega if omega is not None else (interval["start"], interval["stop"])
     points = [p for p in result.points if start <= p.omega <= stop]
-    # with a rim, as in maps; the other curves have none
-    ax.axhline(0.0, color=PAPER, linewidth=1.2, label=CURVE, path_effects=rimmed(3.2, INK), zorder=3)
     resonant = [(point, point.unfolding) for point in points if point.unfolding is not None]
     shown = sorted(resonant, key=_prominence)[:_MAX_POINTS]
-    for point, unfolding in shown:
-        _draw(ax, point, unfolding, start, stop, _saddle_nodes(point, resonant))
-    active = [point for point in points if point.kind == "recurrence" and point.active]
-    for point in active:
-        ax.plot(point.omega, 0.0, marker=(6, 2, 0), markersize=8, color=INK, linestyle="none", zorder=4)
-    if drawing.labels:
-        for point in _spaced(active, lambda point: point.order or 0, stop - start):
-            above: dict[str, Any] = {"xytext": (0, 7), "textcoords": "offset points", "fontsize": 7, "ha": "center"}
-            drawing.names.append(Name(ax.annotate(f"order {point.order}", (point.omega, 0.0), **above)))
-    _draw_sides(ax, shown, stop - start)
-    ax.set_xlim(start, stop)
     distance = unit_wording(r"distance to the grazing curve $b - A(\omega)$", "m", result.units)
     of_all = f", {len(shown)} of {len(resonant)} points (shortest periods)" if len(shown) < len(resonant) else ""
     title = f"Curves from the grazing curve, to leading order{of_all}"
-    drawing.describe(axis_label("omega", result.units), distance, title)
-    _explain(ax, shown)
+    pen = drawing.describe(axis_label("omega", result.units), distance, title)
+    # with a rim, as in maps; the other curves have none
+    pen.axhline(0.0, color=PAPER, linewidth=1.2, label=CURVE, path_effects=rimmed(3.2, INK), zorder=3)
+    for point, unfolding in shown:
+        _draw(pen, point, unfolding, start, stop, _saddle_nodes(point, resonant))
+    active = [point for point in points if point.kind == "recurrence" and point.active]
+    for point in active:
+        pen.plot(point.omega, 0.0, marker=(6, 2, 0), markersize=8, color=INK, linestyle="none", zorder=4)
+    if drawing.labels:
+        for point in _spaced(active, lambda point: point.order or 0, stop - start):
+            name = pen.annotate(f"order {point.order}", (point.omega, 0.0), (0, 7), fontsize=7, ha="center")
+            drawing.names.append(Name(name))
+    _draw_sides(pen, shown, stop - start)
+    pen.set_xlim(start, stop)
+    _explain(drawing.ax, shown)
     drawing.show_legend(handlelength=3.0)
-    return ax
+    return drawing.ax
 
 
 def _prominence(entry: tuple[CodimensionTwoPoint, Unfolding]) -> tuple[bool, int, float]:
@@ -111,7 +111,7 @@ def _saddle_nodes(
 
 
 def _draw(
-    ax: Axes,
+    pen: Pen,
     point: CodimensionTwoPoint,
     unfolding: Unfolding,
     start: float,
@@ -136,7 +136,7 @@ def _draw(
         if across.any():
             end_of_curve = int(np.argmax(across))
             x, distance = x[:end_of_curve], distance[:end_of_curve]
-    ax.plot(
+    pen.plot(
         point.omega + x,
         distance,
         color=colour,
@@ -144,7 +144,7 @@ def _draw(
         linewidth=1.4,
         alpha=_PALE if unfolding.admissible is False else 1.0,
     )
-    ax.plot(
+    pen.plot(
         point.omega,
         0.0,
         marker=marker,
@@ -156,7 +156,7 @@ def _draw(
     )
 
 
-def _draw_sides(ax: Axes, shown: list[tuple[CodimensionTwoPoint, Unfolding]], width: float) -> None:
+def _draw_sides(pen: Pen, shown: list[tuple[CodimensionTwoPoint, Unfolding]], width: float) -> None:
     """Draw arrows at the saddle-nodes, to the side of the grazing curve on which the motions of the family exist.
 
     Inadmissible motions have no arrows.
@@ -169,14 +169,9 @@ def _draw_sides(ax: Axes, shown: list[tuple[CodimensionTwoPoint, Unfolding]], wi
     }
     chosen = _spaced([p for p, _ in shown if id(p) in unfoldings], lambda point: point.multiple or 0, width)
     if chosen:
-        ax.plot([], [], linestyle="none", marker=r"$\uparrow$", color=colour, label="side on which motions exist")
+        pen.plot([], [], linestyle="none", marker=r"$\uparrow$", color=colour, label="side on which motions exist")
     for point in chosen:
         unfolding = unfoldings[id(point)]
         for side, direction in ((-1, unfolding.orbits_before), (1, unfolding.orbits_after)):
-            ax.annotate(
-                "",
-                (point.omega, 0.0),
-                (14 * side, 16 * direction),
-                textcoords="offset points",
-                arrowprops={"arrowstyle": "<-", "color": colour, "linewidth": 0.9},
-            )
+            arrow = {"arrowstyle": "<-", "color": colour, "linewidth": 0.9}
+            pen.annotate("", (point.omega, 0.0), (14 * side, 16 * direction), arrowprops=arrow)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,21 +10,19 @@ from grazemap.plots.axes import Drawing, cell_borders, parameter_label, rimmed
 from grazemap.plots.bifurcation_curves import draw_bifurcation_curves
 from grazemap.plots.grazing_curve import draw_curve, draw_graze, draw_points, meets_other_stop
 from grazemap.plots.palette import INK
+from grazemap.plots.pen import Pen
 from grazemap.results import BifurcationCurves, CodimensionTwoPoints, GrazingCurve, StopGrazingCurves, UnfoldingMap
 from grazemap.wire.structure import SIDES
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
-
-def describe_map(umap: UnfoldingMap, drawing: Drawing, title: str) -> None:
-    """Label the axes of a map."""
+def describe_map(umap: UnfoldingMap, drawing: Drawing, title: str) -> Pen:
+    """Label the axes of a map, and return what draws on them."""
     across, up = (parameter_label(name, umap.units) for name in umap.parameters)
-    drawing.describe(across, up, title)
+    return drawing.describe(across, up, title)
 
 
 def draw_curves_and_points(
-    ax: Axes,
+    pen: Pen,
     umap: UnfoldingMap,
     curve: GrazingCurve | StopGrazingCurves | None,
     points: CodimensionTwoPoints | None,
@@ -38,19 +35,19 @@ def draw_curves_and_points(
     """
     across, up = cell_borders(umap.horizontal), cell_borders(umap.vertical)
     if curves is not None:
-        draw_bifurcation_curves(ax, curves, halo=True)
+        draw_bifurcation_curves(pen, curves, halo=True)
     if margins:
-        _draw_margins(ax, umap)
+        _draw_margins(pen, umap)
     if curve is not None:
-        _draw_grazes(ax, umap, curve)
+        _draw_grazes(pen, umap, curve)
     if points is not None:
         stop = {"clearance_right": 1, "clearance_left": -1}.get(umap.parameters[1])
         drawn = [point for point in points.points if stop is None or point.stop in (None, stop)]
         inside = [point for point in drawn if up[0] <= point.clearance <= up[-1]]
-        draw_points(ax, inside, (float(across[0]), float(across[-1])), rim=True)
+        draw_points(pen, inside, (float(across[0]), float(across[-1])), rim=True)
 
 
-def _draw_grazes(ax: Axes, umap: UnfoldingMap, curve: GrazingCurve | StopGrazingCurves) -> None:
+def _draw_grazes(pen: Pen, umap: UnfoldingMap, curve: GrazingCurve | StopGrazingCurves) -> None:
     """Draw the grazing curves of the stops that vary in a map, dashed where the steady motion meets the other stop.
 
     Raises
@@ -60,7 +57,7 @@ def _draw_grazes(ax: Axes, umap: UnfoldingMap, curve: GrazingCurve | StopGrazing
     """
     varied, parameters = umap.parameters[1], umap.plane.parameters
     if varied == "clearance" and isinstance(curve, GrazingCurve):
-        draw_curve(ax, curve, halo=True)
+        draw_curve(pen, curve, halo=True)
         return
     drawn = [stop for stop in SIDES if varied in ("clearance", f"clearance_{stop}")]
     grazes = {stop: getattr(curve, f"clearance_{stop}") for stop in drawn}
@@ -74,16 +71,16 @@ def _draw_grazes(ax: Axes, umap: UnfoldingMap, curve: GrazingCurve | StopGrazing
         opposite = SIDES[1 - SIDES.index(stop)]
         fixed = clearance if varied == "clearance" else getattr(parameters, opposite)
         virtual = meets_other_stop(parameters.oscillator, curve.omega, stop, fixed)
-        draw_graze(ax, stop, curve.omega, clearance, virtual, halo=True)
+        draw_graze(pen, stop, curve.omega, clearance, virtual, halo=True)
 
 
-def _draw_margins(ax: Axes, umap: UnfoldingMap) -> None:
+def _draw_margins(pen: Pen, umap: UnfoldingMap) -> None:
     """Draw the lines on which the margins of a stop are 0, if the map has margins."""
     for margin, style, text in ((umap.margin_right, "-", "right"), (umap.margin_left, "--", "left")):
         if margin is None or not (np.any(margin < 0.0) and np.any(margin > 0.0)):
             continue
-        drawn = ax.contour(
+        drawn = pen.contour(
             umap.horizontal, umap.vertical, margin, levels=[0.0], colors=INK, linestyles=style, linewidths=1.4, zorder=3
         )
         drawn.set_path_effects(rimmed(3.0))
-        ax.plot([], [], color=INK, linestyle=style, label=f"grazing, {text} stop")
+        pen.plot([], [], color=INK, linestyle=style, label=f"grazing, {text} stop")

@@ -35,14 +35,15 @@ def plot_over_plane(
 ) -> Axes:
     """Draw a quantity over the plane of a map, with a scale of colours, curves and points; grey where it is NaN."""
     ax, across, up = drawing.ax, cell_borders(umap.horizontal), cell_borders(umap.vertical)
+    pen, label = describe_map(umap, drawing, f"Unfolding map: {quantity.name} of the motions"), quantity_label(quantity)
     ax.set_facecolor(OTHER)
-    drawn = ax.pcolormesh(across, up, np.ma.masked_invalid(quantity.values), cmap="viridis", rasterized=True)
+    values = np.ma.masked_invalid(drawing.colour_values(quantity.values, label))
+    drawn = pen.pcolormesh(across, up, values, cmap="viridis", rasterized=True)
     if drawing.legend != "none":
-        drawing.show_scale(drawn, quantity_label(quantity))
-    draw_curves_and_points(ax, umap, curve, points, curves)
-    ax.set_xlim(across[0], across[-1])
-    ax.set_ylim(up[0], up[-1])
-    describe_map(umap, drawing, f"Unfolding map: {quantity.name} of the motions")
+        drawing.show_scale(drawn, label)
+    draw_curves_and_points(pen, umap, curve, points, curves)
+    pen.set_xlim(across[0], across[-1])
+    pen.set_ylim(up[0], up[-1])
     return ax
 
 
@@ -59,7 +60,7 @@ def plot_along_branch(
     ax = drawing.ax
     vary = parameter_label(branch.meta["request"]["axis"]["vary"], branch.units)
     title = f"{quantity.name} along branches" if label else f"{named_branch(branch)}: {quantity.name}"
-    drawing.describe(vary, quantity_label(quantity), title)
+    pen = drawing.describe(vary, quantity_label(quantity), title)
     if not len(branch.parameter):
         drawing.write_reason(f"no branch was found: {branch.reason}")
         return ax
@@ -71,7 +72,7 @@ def plot_along_branch(
         if not np.any(chosen & branch.admissible):
             continue
         style: dict[str, Any] = STYLES[kind] | ({"color": colour} if colour else {})
-        ax.plot(branch.parameter, np.where(shown, quantity.values, np.nan), label=prefix + kind, **style)
+        pen.plot(branch.parameter, np.where(shown, quantity.values, np.nan), label=prefix + kind, **style)
     seen: set[str] = set()
     for point in branch.special_points:
         ends = quantity.values[point.segment : point.segment + 2]
@@ -79,7 +80,7 @@ def plot_along_branch(
             continue
         marker, of_type, text = BIFURCATIONS[point.type]
         style = {"marker": marker, "color": of_type, "markersize": 6, "linestyle": "none", "zorder": 5}
-        ax.plot([point.parameter], [np.mean(ends)], label=None if point.type in seen else text, **style)
+        pen.plot([point.parameter], [np.mean(ends)], label=None if point.type in seen else text, **style)
         seen.add(point.type)
     drawing.show_legend()
     return ax

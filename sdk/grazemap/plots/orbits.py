@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grazemap.plots.axes import Drawing, draws, parameter_label, point_text
-from grazemap.plots.engineering import Wording, unit_wording
 from grazemap.plots.layout import Name
 from grazemap.plots.palette import BIFURCATIONS, INK, LINE, PALE_LINE, label_text
+from grazemap.plots.pen import Pen
 from grazemap.plots.smooth import smooth_pieces
+from grazemap.plots.wordings import Wording, unit_wording
 from grazemap.results import OrbitBranch, PeriodicOrbit, SpecialPoint
 from grazemap.results.stretches import Knots
 from grazemap.wire import impacts_on, motion_label
@@ -67,14 +68,15 @@ def plot_branch_multipliers(result: OrbitBranch, drawing: Drawing) -> Axes:
     from matplotlib.ticker import MaxNLocator
 
     ax = _unit_circle(drawing)
-    value = np.broadcast_to(result.parameter[:, None], result.multipliers.shape)
-    low, high = float(result.parameter.min()), float(result.parameter.max())
+    label = parameter_label(result.meta["request"]["axis"]["vary"], result.units)
+    parameter = drawing.colour_values(result.parameter, label)
+    value = np.broadcast_to(parameter[:, None], result.multipliers.shape)
+    low, high = float(parameter.min()), float(parameter.max())
     for chosen, alpha in ((~result.admissible, 0.3), (result.admissible, 1.0)):
         points, colour = result.multipliers[chosen].ravel(), value[chosen].ravel()
         near = np.abs(points) < _MAX_MODULUS
         x, y = points[near].real, points[near].imag
         drawn = ax.scatter(x, y, s=10, c=colour[near], alpha=alpha, vmin=low, vmax=high, cmap="viridis", zorder=3)
-    label = parameter_label(result.meta["request"]["axis"]["vary"], result.units)
     if drawing.legend == "outside":
         drawing.show_scale(drawn, label)
     elif drawing.legend == "inside":
@@ -111,7 +113,7 @@ def plot_branch(result: OrbitBranch, drawing: Drawing, colour: str | None, label
     periods; it is drawn once. `colour` is the colour of the motions, `label` the name of the branch in the legend.
     """
     ax = drawing.ax
-    drawing.describe(
+    pen = drawing.describe(
         parameter_label(result.meta["request"]["axis"]["vary"], result.units),
         unit_wording("impact speed", "m/s", result.units),
         ("Impact speeds along branches, " if label else f"{named_branch(result)}, ") + point_text(result),
@@ -123,7 +125,7 @@ def plot_branch(result: OrbitBranch, drawing: Drawing, colour: str | None, label
     for kind, line in _lines(result).items():
         style = STYLES[kind] | ({"color": colour} if colour and kind != "not admissible" else {})
         for impact in range(1, line.shape[1]):
-            ax.plot(line[:, 0], line[:, impact], label=prefix + kind if impact == 1 and len(line) else None, **style)
+            pen.plot(line[:, 0], line[:, impact], label=prefix + kind if impact == 1 and len(line) else None, **style)
     seen: set[str] = set()
     for point in result.special_points:
         marker, point_colour, text = BIFURCATIONS[point.type]
@@ -132,13 +134,13 @@ def plot_branch(result: OrbitBranch, drawing: Drawing, colour: str | None, label
         name = None if point.type in seen else text
         seen.add(point.type)
         fill = point_colour if point.admissible else "white"
-        ax.plot([point.parameter] * len(heights), heights, label=name, markerfacecolor=fill, **style)
+        pen.plot([point.parameter] * len(heights), heights, label=name, markerfacecolor=fill, **style)
     ax.axhline(0.0, color=INK, linewidth=0.5, zorder=0)
     # virtual impacts of inadmissible orbits have negative speeds
     low, high = ax.get_ylim()
     ax.set_ylim(max(low, -_BELOW_ZERO * high), high)
     if drawing.labels:
-        _name_stops(drawing, result)
+        _name_stops(drawing, pen, result)
     drawing.show_legend()
     return ax
 
@@ -156,9 +158,9 @@ def named_branch(result: OrbitBranch) -> str:
     return f"Branch of {label_text(motion_label(result.period, *impacts_on(result.stops)))}{images}"
 
 
-def _name_stops(drawing: Drawing, result: OrbitBranch) -> None:
+def _name_stops(drawing: Drawing, pen: Pen, result: OrbitBranch) -> None:
     """Write r or l, the stop of the impacts, at the end of admissible orbits where most lines are separate."""
-    ax, knots = drawing.ax, result.knots()
+    knots = result.knots()
     first, last = _drawn_once(knots)
     if first == last:  # a single orbit has no line
         return
@@ -170,23 +172,23 @@ def _name_stops(drawing: Drawing, result: OrbitBranch) -> None:
         before, after = knot > first and admissible[knot - 1], knot < last and admissible[knot]
         if before != after:
             ends[knot] = 1 if after else -1
-    low, high = ax.get_ylim()
+    low, high = pen.get_ylim()
     groups = {
         knot: _close_groups(knots.path[knot, 1 : 1 + len(result.stops)], _MERGED_DISTANCE * (high - low))
         for knot in ends
     }
     end = max(ends, key=lambda knot: (len(groups[knot]), float(knots.path[knot, 0])))
     side = -1 if knots.path[end + ends[end], 0] > knots.path[end, 0] else 1
-    style: dict[str, Any] = {"textcoords": "offset points", "fontsize": 7, "va": "center", "annotation_clip": True}
+    style: dict[str, Any] = {"fontsize": 7, "va": "center", "annotation_clip": True}
     for group in groups[end]:
         text = ", ".join(sorted({"r" if result.stops[impact] > 0 else "l" for impact in group}))
         place = float(knots.path[end, 0]), float(np.mean(knots.path[end, 1:][group]))
-        name = ax.annotate(text, place, (6 * side, 0), color=INK, ha="left" if side > 0 else "right", **style)
+        name = pen.annotate(text, place, (6 * side, 0), color=INK, ha="left" if side > 0 else "right", **style)
         drawing.names.append(Name(name))
     for stop, text in ((1, "right"), (-1, "left")):
         if np.any(result.stops == stop):
             marker = f"${text[0]}$"
-            ax.plot([], [], linestyle="none", marker=marker, color=INK, label=f"impacts on the {text} stop")
+            pen.plot([], [], linestyle="none", marker=marker, color=INK, label=f"impacts on the {text} stop")
 
 
 def _close_groups(heights: Floats, distance: float) -> list[list[int]]:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from grazemap.plots.axes import Drawing, axis_label, draws
-from grazemap.plots.engineering import unit_wording
 from grazemap.plots.palette import INK, ORDERS, PALE_LINE, dash
+from grazemap.plots.wordings import unit_wording
 from grazemap.results import Structure
 
 if TYPE_CHECKING:
@@ -26,11 +26,13 @@ def plot_structure(structure: Structure, drawing: Drawing) -> Axes:
         if len(structure.time) == 0:
             drawing.write_reason("neither frequencies nor times were asked for")
             return ax
-        ax.plot(structure.time, structure.impulse_response, color=INK, linewidth=1.2)
-        ax.axhline(0.0, color=PALE_LINE, linewidth=0.8)
-        response = unit_wording("impulse response $g$", "s", units)
-        drawing.describe(axis_label("time", units), response, "Contact coordinate after a unit jump of its velocity")
+        response, title = unit_wording("impulse response $g$", "s", units), "Contact coordinate after a unit jump"
+        pen = drawing.describe(axis_label("time", units), response, f"{title} of its velocity")
+        pen.plot(structure.time, structure.impulse_response, color=INK, linewidth=1.2)
+        pen.axhline(0.0, color=PALE_LINE, linewidth=0.8)
         return ax
+    amplitude = unit_wording("amplitude of the contact coordinate", "m", units)
+    pen = drawing.describe(axis_label("omega", units), amplitude, "Steady response without contact")
     order = np.argsort(structure.omega, kind="stable")
     omega = structure.omega[order]
     for i, steady in enumerate(structure.harmonics):
@@ -38,20 +40,18 @@ def plot_structure(structure: Structure, drawing: Drawing) -> Axes:
         colour = INK if len(structure.harmonics) == 1 else ORDERS[place]
         text = "amplitude" if steady.harmonic == 1 else f"amplitude of harmonic {steady.harmonic}"
         style: dict[str, Any] = {"color": colour, "linestyle": dash(round), "marker": "." if len(omega) < 20 else ""}
-        ax.plot(omega, steady.amplitude[order], linewidth=1.2, label=text, **style)
+        pen.plot(omega, steady.amplitude[order], linewidth=1.2, label=text, **style)
     inside = structure.natural_frequencies[
         (structure.natural_frequencies >= omega[0]) & (structure.natural_frequencies <= omega[-1])
     ]
     for i, frequency in enumerate(inside):
         name = "natural frequencies" if i == 0 else None
-        ax.axvline(frequency, color=PALE_LINE, linewidth=0.8, linestyle="--", label=name, zorder=1)
+        pen.axvline(frequency, color=PALE_LINE, linewidth=0.8, linestyle="--", label=name, zorder=1)
     amplitudes = [steady.amplitude for steady in structure.harmonics]
     drawn = [values[np.isfinite(values) & (values > 0.0)] for values in amplitudes]
     sizes = np.concatenate(drawn) if drawn else np.zeros(0)
     if len(sizes) and sizes.max() > _LOGARITHMIC * sizes.min():
         ax.set_yscale("log")
-    amplitude = unit_wording("amplitude of the contact coordinate", "m", units)
-    drawing.describe(axis_label("omega", units), amplitude, "Steady response without contact")
     ax.margins(x=0.01)
     drawing.show_legend()
     return ax

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from grazemap.described import described
 from grazemap.plots.axes import Drawing, axis_label, drawing, draws, new_figure, point_text, shown_axes
-from grazemap.plots.engineering import Wording
 from grazemap.plots.layout import settle, wrap
 from grazemap.plots.palette import INK, LINE, NAMED, OTHER, SECOND_LINE, UNRESOLVED, motion_colours, motion_text
+from grazemap.plots.pen import Pen
 from grazemap.plots.styles import current_style
+from grazemap.plots.wordings import Wording
 from grazemap.results import Trajectories, Trajectory
 from grazemap.results.pictures import LegendPlace
 from grazemap.wire import ClearancePair, Oscillator
@@ -109,7 +110,7 @@ def plot_trajectory(trajectory: Trajectory, drawing: TrajectoryDrawing, mass: in
     """
     contact = _Contact.from_trajectory(trajectory)
     mass = _checked_mass(contact, mass)
-    history, portrait = drawing.axes
+    history, portrait = _describe(drawing, trajectory, mass, _title(trajectory, mass))
     time, displacement, velocity = history_with_impacts(trajectory, mass)
     shown = _last_periods(trajectory, time)
     history.plot(time[shown], displacement[shown], color=LINE, linewidth=1.0)
@@ -122,7 +123,6 @@ def plot_trajectory(trajectory: Trajectory, drawing: TrajectoryDrawing, mass: in
         _draw_impacts(history, trajectory, contact, float(time[shown][0]) if shown.any() else 0.0)
         portrait.axhline(0.0, color=INK, linewidth=0.4, zorder=0)
         drawing.history.show_legend(columns=2)
-    _label(drawing, trajectory, mass, _title(trajectory, mass))
     return drawing.axes
 
 
@@ -137,7 +137,8 @@ def plot_trajectories(
     first = result.trajectories[0]
     contact = _Contact.from_trajectory(first)
     mass = _checked_mass(contact, mass)
-    history, portrait = drawing.axes
+    title = f"{_name(mass)} at " + point_text(first) + f": {len(result)} trajectories"
+    history, portrait = _describe(drawing, first, mass, title)
     different = {motion_text(trajectory.motion): trajectory.motion for trajectory in result.trajectories}
     shades = dict(zip(different, motion_colours(list(different.values()), colours), strict=True))
     seen: set[str] = set()
@@ -152,7 +153,6 @@ def plot_trajectories(
         seen.add(text)
     if mass == contact.mass:
         _draw_stops(history, portrait, contact)
-    _label(drawing, first, mass, f"{_name(mass)} at " + point_text(first) + f": {len(result)} trajectories")
     drawing.history.show_legend(columns=6)
     return drawing.axes
 
@@ -207,17 +207,19 @@ def _last_periods(trajectory: Trajectory, time: Floats) -> NDArray[np.bool_]:
     return shown
 
 
-def _label(drawing: TrajectoryDrawing, trajectory: Trajectory, mass: int | None, title: Wording) -> None:
+def _describe(drawing: TrajectoryDrawing, trajectory: Trajectory, mass: int | None, title: Wording) -> tuple[Pen, Pen]:
+    """Label both axes, and return what draws on them."""
     units = trajectory.units
     displacement, velocity = (axis_label(name, units, mass) for name in ("displacement", "velocity"))
     own_figure = drawing.history.own_figure
-    drawing.history.describe(axis_label("time", units), displacement, None if own_figure else title)
-    drawing.portrait.describe(displacement, velocity)
+    history = drawing.history.describe(axis_label("time", units), displacement, None if own_figure else title)
+    portrait = drawing.portrait.describe(displacement, velocity)
     drawing.history.ax.margins(x=0.0)
     drawing.portrait.ax.locator_params(axis="x", nbins=5)
     figure = drawing.history.ax.get_figure(root=False)
     if own_figure and figure is not None:
         drawing.history.write(partial(figure.suptitle, fontsize=drawing.history.style.title), title)
+    return history, portrait
 
 
 def history_with_impacts(trajectory: Trajectory, mass: int | None) -> tuple[Floats, Floats, Floats]:
@@ -245,7 +247,7 @@ def history_with_impacts(trajectory: Trajectory, mass: int | None) -> tuple[Floa
     )
 
 
-def _draw_stops(history: Axes, portrait: Axes, contact: _Contact, labelled: bool = False) -> None:
+def _draw_stops(history: Pen, portrait: Pen, contact: _Contact, labelled: bool = False) -> None:
     present = [
         (side, clearance, name)
         for side, clearance, name in zip((1, -1), contact.clearances, SIDES, strict=True)
@@ -258,7 +260,7 @@ def _draw_stops(history: Axes, portrait: Axes, contact: _Contact, labelled: bool
         portrait.axvline(side * clearance, color=_STOP, linewidth=2.0, zorder=0)
 
 
-def _draw_impacts(history: Axes, trajectory: Trajectory, contact: _Contact, start: float) -> None:
+def _draw_impacts(history: Pen, trajectory: Trajectory, contact: _Contact, start: float) -> None:
     impacts = trajectory.impacts
     position = impacts.stop * contact.stop_values(contact.clearances, impacts.stop)
     grazing = impacts.kind == "graze"

@@ -15,6 +15,7 @@ from grazemap.plots.layout import Name
 from grazemap.plots.map_axes import describe_map, draw_curves_and_points
 from grazemap.plots.observables import plot_over_plane
 from grazemap.plots.palette import INK, OTHER, PAPER, hexadecimal, is_dark, motion_text
+from grazemap.plots.pen import Pen
 from grazemap.results import (
     BifurcationCurves,
     CodimensionTwoPoints,
@@ -49,14 +50,14 @@ def plot_unfolding_map(
     colours: Mapping[str, str] | None,
     merge_mirror_images: bool,
     title: str | None = None,
-    overlay: Callable[[Axes], None] | None = None,
+    overlay: Callable[[Pen], None] | None = None,
     margins: bool = True,
 ) -> Axes:
     """Draw the regions of a map, or a quantity, and over them the curves and points; see `UnfoldingMap.plot`.
 
     All motions without a colour of their own are drawn as "other". Of `curves` those of admissible motions are drawn.
-    `overlay` is called with the axes before the legend is made, and draws more on them. With `margins` the grazing
-    curves of a map with axes are drawn: the lines on which its margins are 0.
+    `overlay` is called before the legend is made, and draws more with the pen. With `margins` the grazing curves of a
+    map with axes are drawn: the lines on which its margins are 0.
     """
     if quantity is not None:
         return plot_over_plane(umap, drawing, quantity, curve, points, curves)
@@ -67,20 +68,20 @@ def plot_unfolding_map(
     )
     coloured = {motion: colour for motion, colour in zip(shares, assigned, strict=True) if colour is not None}
     shown = {motion: coloured[motion] for motion in sorted(coloured, key=_place_in_legend)}
-    shares_of_entries = _draw_regions(ax, umap, shown, [motion for motion in shares if motion not in shown])
-    hatch_sensitive(ax, umap.horizontal, umap.vertical, umap.sensitive)
+    pen = describe_map(umap, drawing, _title(umap) if title is None else title)
+    shares_of_entries = _draw_regions(pen, umap, shown, [motion for motion in shares if motion not in shown])
+    hatch_sensitive(pen, umap.horizontal, umap.vertical, umap.sensitive)
     if drawing.labels:
         for motion, colour in shown.items():
             if motion.kind == "periodic":
-                _name_region(drawing, umap, motion, colour)
+                _name_region(drawing, pen, umap, motion, colour)
     across, up = cell_borders(umap.horizontal), cell_borders(umap.vertical)
-    draw_curves_and_points(ax, umap, curve, points, curves, margins)
+    draw_curves_and_points(pen, umap, curve, points, curves, margins)
     if overlay is not None:
-        overlay(ax)
-    ax.set_xlim(across[0], across[-1])
-    ax.set_ylim(up[0], up[-1])
+        overlay(pen)
+    pen.set_xlim(across[0], across[-1])
+    pen.set_ylim(up[0], up[-1])
     _leave_out_of_legend(ax)
-    describe_map(umap, drawing, _title(umap) if title is None else title)
     # curves are told apart by their dashes
     drawing.show_legend(shares_of_entries, handlelength=1.4 if curves is None else 2.6, labelspacing=0.35)
     return ax
@@ -113,19 +114,19 @@ def plot_computed(umap: UnfoldingMap, drawing: Drawing) -> Axes:
         raise ValueError("every point of this map was computed: it is not adaptive")
     ax = drawing.ax
     codes = umap.computed.astype(np.int8)
-    _draw_codes(ax, umap, codes, [_INFERRED, INK])
+    pen = describe_map(umap, drawing, f"Computed points of {len(umap.vertical)} × {len(umap.horizontal)}")
+    _draw_codes(pen, umap, codes, [_INFERRED, INK])
     computed = umap.computed.mean()
     sample = umap.inferred_wrong
     wrong = "" if sample is None else f"\n{sample.wrong} of {sample.sampled} in a sample wrong"
     legend_square(ax, INK, f"computed ({computed:.1%})", edge=1.0)
     legend_square(ax, _INFERRED, f"inferred ({1.0 - computed:.1%}){wrong}", edge=1.0)
-    describe_map(umap, drawing, f"Computed points of {len(umap.vertical)} × {len(umap.horizontal)}")
     drawing.show_legend(handlelength=1.4)
     return ax
 
 
 def _draw_regions(
-    ax: Axes, umap: UnfoldingMap, shown: Mapping[MotionShare, str], rest: list[MotionShare]
+    pen: Pen, umap: UnfoldingMap, shown: Mapping[MotionShare, str], rest: list[MotionShare]
 ) -> dict[str, float]:
     """Draw the regions, and return the entries of the legend with their shares."""
     entries = {
@@ -141,9 +142,9 @@ def _draw_regions(
         share = sum(motion.share for motion in rest)
         entries[f"{len(rest)} other motions ({share:.1%})"] = share
         colours.append(OTHER)
-    _draw_codes(ax, umap, codes, colours)
+    _draw_codes(pen, umap, codes, colours)
     for colour, text in zip(colours, entries, strict=True):
-        legend_square(ax, colour, text)
+        legend_square(pen.ax, colour, text)
     return entries
 
 
@@ -151,11 +152,11 @@ def _images(motion: MotionShare) -> str:
     return ", mirror images" if motion.mirror_images else ""
 
 
-def _draw_codes(ax: Axes, umap: UnfoldingMap, codes: NDArray[np.integer[Any]], colours: list[str]) -> None:
+def _draw_codes(pen: Pen, umap: UnfoldingMap, codes: NDArray[np.integer[Any]], colours: list[str]) -> None:
     """Colour every point by its code."""
     from matplotlib.colors import ListedColormap
 
-    draw = ax.pcolormesh if codes.size <= _MAX_CELLS else ax.pcolorfast
+    draw = pen.pcolormesh if codes.size <= _MAX_CELLS else pen.pcolorfast
     draw(
         cell_borders(umap.horizontal),
         cell_borders(umap.vertical),
@@ -172,7 +173,7 @@ def _place_in_legend(motion: MotionShare) -> tuple[bool, str, int, int, int]:
     return motion.kind != "periodic", motion.kind, motion.period or 0, right + left, -right
 
 
-def _name_region(drawing: Drawing, umap: UnfoldingMap, motion: MotionShare, ground: str) -> None:
+def _name_region(drawing: Drawing, pen: Pen, umap: UnfoldingMap, motion: MotionShare, ground: str) -> None:
     """Write a motion's label where the largest square fits into its region, if that is large enough to read."""
     step = -(-max(umap.kind.shape) // _MEASURED_SIDE)
     mask = umap.mask(motion)[::step, ::step]
@@ -180,7 +181,7 @@ def _name_region(drawing: Drawing, umap: UnfoldingMap, motion: MotionShare, grou
     if side < _NAMED_REGION * min(mask.shape) or side < 3:
         return
     row, column = step * row, step * column
-    name = drawing.ax.text(
+    name = pen.text(
         float(umap.horizontal[column]),
         float(umap.vertical[row]),
         motion_text(motion),
@@ -192,9 +193,11 @@ def _name_region(drawing: Drawing, umap: UnfoldingMap, motion: MotionShare, grou
         zorder=4,
     )
 
-    def is_there(places: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def is_there(shown: NDArray[np.float64]) -> NDArray[np.bool_]:
         cells = (cell_borders(umap.horizontal), cell_borders(umap.vertical))
-        columns, rows = (np.searchsorted(borders, at) - 1 for borders, at in zip(cells, places.T, strict=True))
+        columns, rows = (
+            np.searchsorted(borders, at) - 1 for borders, at in zip(cells, pen.places(shown).T, strict=True)
+        )
         whole = umap.mask(motion)
         inside: NDArray[np.bool_] = whole[rows.clip(0, whole.shape[0] - 1), columns.clip(0, whole.shape[1] - 1)]
         return inside

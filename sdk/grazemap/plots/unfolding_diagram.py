@@ -10,6 +10,7 @@ from grazemap.plots.axes import Drawing, cell_borders, draws, rimmed
 from grazemap.plots.bifurcation_curves import curve_style
 from grazemap.plots.grazing_curve import draw_curve, draw_plane_grazes
 from grazemap.plots.palette import BIFURCATIONS, INK, PAPER, UNEXPLAINED
+from grazemap.plots.pen import Pen
 from grazemap.plots.smooth import smooth_line
 from grazemap.plots.unfolding import plot_unfolding_map
 from grazemap.results import MapBorders, UnfoldingDiagram, UnfoldingMap
@@ -30,14 +31,14 @@ def plot_unfolding_diagram(diagram: UnfoldingDiagram, drawing: Drawing, **option
     size = f"{len(umap.vertical)} × {len(umap.horizontal)} points"
     note = "; no border between mirror images" if borders is not None and diagram.mirrors else ""
 
-    def draw_overlay(ax: Axes) -> None:
+    def draw_overlay(pen: Pen) -> None:
         for curve in (diagram.grazing_curve, diagram.stop_grazing_curves):
             if curve is not None:
-                draw_curve(ax, curve, halo=True)
+                draw_curve(pen, curve, halo=True)
         if diagram.grazing_curves is not None:
-            draw_plane_grazes(ax, diagram.grazing_curves, both=diagram.mirrors)
+            draw_plane_grazes(pen, diagram.grazing_curves, both=diagram.mirrors)
         if borders is not None:
-            _draw_borders(ax, umap, borders)
+            _draw_borders(pen, umap, borders)
 
     return plot_unfolding_map(
         umap,
@@ -51,17 +52,17 @@ def plot_unfolding_diagram(diagram: UnfoldingDiagram, drawing: Drawing, **option
     )
 
 
-def _draw_borders(ax: Axes, umap: UnfoldingMap, borders: MapBorders) -> None:
-    _draw_border_curves(ax, borders)
+def _draw_borders(pen: Pen, umap: UnfoldingMap, borders: MapBorders) -> None:
+    _draw_border_curves(pen, borders)
     for name, colour, text in (
         ("coexistence", PAPER, "basin boundary: both motions attract"),
         ("unexplained", UNEXPLAINED, "unexplained border"),
     ):
         chosen = np.flatnonzero(borders.where(name) & borders.regular)
-        _draw_steps(ax, umap, borders, chosen.tolist(), colour, text)
+        _draw_steps(pen, umap, borders, chosen.tolist(), colour, text)
 
 
-def _draw_border_curves(ax: Axes, borders: MapBorders) -> None:
+def _draw_border_curves(pen: Pen, borders: MapBorders) -> None:
     """Draw the curves that explain a border, where their orbits are admissible; grazing curves are drawn elsewhere."""
     for kind, (_, _, name) in BIFURCATIONS.items():
         chosen = [curve for curve in borders.curves if curve.type == kind and curve.pairs]
@@ -70,13 +71,11 @@ def _draw_border_curves(ax: Axes, borders: MapBorders) -> None:
         for place, curve in enumerate(chosen):
             across, up = smooth_line(curve.line, curve.line, curve.admissible).T
             label = f"{name}, {counted(chosen, 'curve')}" if place == 0 else None
-            ax.plot(across, up, label=label, zorder=3, **style)
+            pen.plot(across, up, label=label, zorder=3, **style)
 
 
-def _draw_steps(ax: Axes, umap: UnfoldingMap, borders: MapBorders, chosen: list[int], colour: str, text: str) -> None:
+def _draw_steps(pen: Pen, umap: UnfoldingMap, borders: MapBorders, chosen: list[int], colour: str, text: str) -> None:
     """Draw the side between the two cells of each chosen pair of neighbouring points."""
-    from matplotlib.collections import LineCollection
-
     if not chosen:
         return
     across, up = cell_borders(umap.horizontal), cell_borders(umap.vertical)
@@ -87,7 +86,7 @@ def _draw_steps(ax: Axes, umap: UnfoldingMap, borders: MapBorders, chosen: list[
             lines.append([(across[column], up[row + 1]), (across[column + 1], up[row + 1])])
         else:
             lines.append([(across[column + 1], up[row]), (across[column + 1], up[row + 1])])
-    ax.add_collection(LineCollection(lines, colors=INK, linewidths=2.2, zorder=3, capstyle="round"))
-    ax.add_collection(LineCollection(lines, colors=colour, linewidths=1.2, zorder=3.1, capstyle="round"))
+    pen.segments(lines, colors=INK, linewidths=2.2, zorder=3, capstyle="round")
+    pen.segments(lines, colors=colour, linewidths=1.2, zorder=3.1, capstyle="round")
     label = f"{text} ({counted(chosen, 'step')})"
-    ax.plot([], [], "-", color=colour, linewidth=1.8, path_effects=rimmed(2.8, INK), label=label)
+    pen.plot([], [], linestyle="-", color=colour, linewidth=1.8, path_effects=rimmed(2.8, INK), label=label)

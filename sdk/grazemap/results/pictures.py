@@ -38,7 +38,8 @@ class PictureOptions(TypedDict, total=False):
     labels: bool
     """Whether there are a title and texts of the axes."""
     engineering_units: bool
-    """Whether frequencies are in Hz and lengths in mm, whatever the `shown_units` of the result."""
+    """Whether frequencies are in Hz and lengths in mm, whatever the `shown_units` of the result. Axes that have a
+    picture keep their units."""
     style: PictureStyle
     """"screen", or "column": a figure for a column of a journal, 3.4 inches wide."""
 

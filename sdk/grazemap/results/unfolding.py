@@ -29,6 +29,7 @@ from grazemap.results.observables import Observed, quantity_of
 from grazemap.results.other_motions import OtherStartsOfMap
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, changed, field, stored
+from grazemap.units import in_si
 from grazemap.wire import UnfoldingMapsRequest, motion_label
 from grazemap.wire.job import INFINITE
 from grazemap.wire.planes import Plane
@@ -362,10 +363,22 @@ class UnfoldingMap(
     ) -> dict[str, Any]:
         """Return the keywords with which `client.unfolding_map` computes a part of the map, with the same settings.
 
-        The ends of the part are numbers, or in SI also texts, as for `at`. `shape` is (vertical points, horizontal
-        points); left out: that of this map.
+        Parameters
+        ----------
+        horizontal, vertical
+            The ends of the part along both axes, at most a step outside the map. Those of omega and of clearances are
+            in rad/s and m, whatever the pictures show, or texts with a unit such as "9 Hz".
+        shape
+            (vertical points, horizontal points); left out: that of this map.
+
+        Raises
+        ------
+        ValueError
+            An end is outside the map.
         """
         across, up = self.parameters
+        _check_inside(across, self.horizontal, horizontal, self.units)
+        _check_inside(up, self.vertical, vertical, self.units)
         axes = {"horizontal": (across, *horizontal), "vertical": (up, *vertical)}
         return {**self.meta["request"], **axes, "shape": shape or self.kind.shape}
 
@@ -517,6 +530,15 @@ def _nearest(name: str, values: FloatArray, value: float, units: str) -> int:
     if not values[0] <= value <= values[-1]:
         raise outside("map", name, value, (float(values[0]), float(values[-1])), units)
     return int(np.abs(values - value).argmin())
+
+
+def _check_inside(name: str, values: FloatArray, ends: tuple[float | str, float | str], units: str) -> None:
+    """Raise ValueError for an end of a part of a map that is more than a step outside of increasing values."""
+    low, high = 2.0 * values[0] - values[1], 2.0 * values[-1] - values[-2]
+    for end in in_si({name: ends}, units, [])[name]:
+        # the client refuses texts that are no numbers
+        if not isinstance(end, str) and not low <= end <= high:
+            raise outside("map", name, end, (float(values[0]), float(values[-1])), units)
 
 
 def _small(values: NDArray[Any]) -> NDArray[Any]:

@@ -5,7 +5,6 @@ import pytest
 from matplotlib import pyplot
 from matplotlib.text import Text
 
-from grazemap import engineering_units
 from grazemap.plots import save_picture
 from grazemap.plots.styles import STYLES
 from grazemap.results import UnfoldingMap
@@ -140,12 +139,6 @@ def test_curves_of_one_stop_are_drawn_over_its_map():
     assert curve.at(0.25) == curve.at([0.25])[0]
     label = result_of(CURVES_OF_ONE).plot(style="column").get_ylabel()
     assert " ".join(label.split()) == "clearance $b$ of the right stop"
-
-
-def test_a_broken_title_takes_other_units():
-    ax = in_si("discontinuity-mappings").plot(style="column")
-    assert "\n" in ax.get_title()
-    assert "rpm" in engineering_units(ax, ("rpm", "mm")).get_title()
 
 
 def test_a_quantity_that_was_not_asked_for_says_how_to_ask():

@@ -63,7 +63,6 @@ def test_public_names_are_these():
         "UnfoldingDiagram",
         "UnfoldingMap",
         "__version__",
-        "engineering_units",
         "errors",
         "load",
         "local",

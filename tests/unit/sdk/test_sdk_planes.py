@@ -243,6 +243,8 @@ def test_a_result_has_the_values_by_role_and_by_name():
     assert (request["horizontal"], request["vertical"]) == (("restitution", 0.6, 0.7), ("omega", 0.25, 0.3))
     with pytest.raises(ValueError, match="restitution = 2 is outside the map"):
         result.at(2.0, 0.3)
+    with pytest.raises(ValueError, match=r"omega = 0\.5 is outside the map"):
+        result.zoom((0.6, 0.7), (0.25, 0.5))
     data = result.to_xarray()
     assert data["kind"].dims == ("omega", "restitution")
     np.testing.assert_array_equal(data["restitution"], [0.5, 0.7, 0.9])
