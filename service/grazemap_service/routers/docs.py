@@ -19,6 +19,7 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import Receive, Scope, Send
 
 import grazemap
+from grazemap_service import middleware
 from grazemap_service.problems import ProblemException
 
 _OWN = Path(__file__).parent.parent / "static"
@@ -72,12 +73,17 @@ class _Guide(_WholeFiles):
         response.headers["Content-Security-Policy"] = _GUIDE_POLICY
         return response
 
+    @property
+    def is_built(self) -> bool:
+        """Whether this installation has the guide."""
+        return Path(self.directory or "").is_dir()
+
     async def check_config(self) -> None:
         """Accept a missing folder, which is answered for."""
 
     async def get_response(self, path: str, scope: Scope) -> Response:
         """Return the response with a page or a file of the guide."""
-        if not Path(self.directory or "").is_dir():
+        if not self.is_built:
             raise ProblemException("not-found", "This installation has no guide: `make guide` builds it.")
         return await super().get_response(path, scope)
 
@@ -90,7 +96,7 @@ def install(app: FastAPI) -> None:
     app.add_route("/", _page("index.html"), methods=["GET"], include_in_schema=False)
     app.add_route("/docs", _page("docs.html"), methods=["GET"], include_in_schema=False)
     app.add_route("/static/palette.json", _palette, methods=["GET"], include_in_schema=False)
-    app.mount("/guide", GUIDE, name="guide")
+    app.mount(middleware.GUIDE, GUIDE, name="guide")
     app.mount("/static/swagger", _WholeFiles(directory=_swagger_files()), name="swagger")
     app.mount("/static", _WholeFiles(directory=_OWN), name="static")
 

@@ -9,6 +9,8 @@ from grazemap.version import __version__
 from grazemap.wire import PROCESSES, Link
 from grazemap_service.context import CurrentContext
 from grazemap_service.jobs import PREFIX
+from grazemap_service.middleware import GUIDE
+from grazemap_service.routers import docs
 from grazemap_worker.planning.limits import MAX_RESULT_BYTES
 from grazemap_worker.planning.rates import MAX_TILE_SECONDS
 
@@ -83,7 +85,7 @@ async def get_service(context: CurrentContext) -> ServiceDescription:
         links=[
             Link(href=f"{PREFIX}/jobs", rel="jobs"),
             Link(href="/docs", rel="service-doc", type="text/html"),
-            Link(href="/guide/", rel="help", type="text/html"),
+            *([Link(href=f"{GUIDE}/", rel="help", type="text/html")] if docs.GUIDE.is_built else []),
             Link(href="/openapi.json", rel="service-desc"),
         ],
     )

@@ -27,6 +27,7 @@ from grazemap.wire import PROCESSES
 from grazemap_service import __main__ as service_program
 from grazemap_service.redis_server import RedisServer
 from grazemap_service.settings import ServiceSettings
+from grazemap_service.routers.docs import GUIDE
 from grazemap_worker.store import Store, WorkerInfo, core_version
 from grazemap_worker.store.keys import PREFIX
 from grazemap_worker.system import not_kept
@@ -51,11 +52,19 @@ def test_ready_says_how_many_workers_there_are_and_what_those_do_that_are_not(cl
     assert answer["detail"] != nobody["detail"]
 
 
-def test_the_root_describes_the_service(client: TestClient) -> None:
+@pytest.mark.parametrize("is_built", [True, False])
+def test_the_root_describes_the_service(
+    client: TestClient, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, is_built: bool
+) -> None:
+    (tmp_path / "index.html").touch()
+    folder = tmp_path if is_built else tmp_path / "none"
+    monkeypatch.setattr(GUIDE, "directory", folder)
+    monkeypatch.setattr(GUIDE, "all_directories", [folder])
     described = client.get("/v1").json()
     assert described["name"] == "grazemap"
     assert [process["href"] for process in described["processes"]] == [f"/v1/{process}" for process in PROCESSES]
     assert described["limits"]["masses"] == 64
+    assert any(link["rel"] == "help" for link in described["links"]) is is_built
     for link in described["links"]:
         assert client.get(link["href"]).status_code == 200
 
