@@ -346,6 +346,8 @@ def start(monkeypatch: pytest.MonkeyPatch, servers: list[PlayedServer]) -> Calla
         ({"GRAZEMAP_API_KEYS": "short"}, "GRAZEMAP_API_KEYS"),
         ({"GRAZEMAP_API_KEYS_FILE": "/nowhere/keys"}, "GRAZEMAP_API_KEYS_FILE"),
         ({"GRAZEMAP_LOG_LEVEL": "loud"}, "GRAZEMAP_LOG_LEVEL"),
+        ({"GRAZEMAP_CORS_ORIGINS": "localhost:8181"}, "GRAZEMAP_CORS_ORIGINS"),
+        ({"GRAZEMAP_CORS_ORIGINS": "http://localhost:8181/page"}, "GRAZEMAP_CORS_ORIGINS"),
     ],
 )
 def test_it_refuses_to_start_with_bad_settings(
