@@ -127,6 +127,7 @@ def _submit_endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any
                 answer.headers["Content-Location"] = f"{job_path(job.id)}/result"
             answer.headers["Location"] = job_path(job.id)
         else:
+            job = await run_sync(_with_notes_on_what_is_left_out, job, body, limiter=context.threads)
             answer = job_response(job, 201 if created else 200)
         if applied:
             answer.headers["Preference-Applied"] = ", ".join(applied)
@@ -143,6 +144,11 @@ def _submit_endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any
     }
     post.__name__, post.__doc__ = operation.operation_id, operation.description
     return post
+
+
+def _with_notes_on_what_is_left_out(job: Job, request: ProcessRequest) -> Job:
+    """Return a job with the notes on its request as it was written, which the job itself has not (blocking)."""
+    return job.model_copy(update={"notes": [*job.notes, *unstated(request)]})
 
 
 def _estimate_endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, Forecast]]:
