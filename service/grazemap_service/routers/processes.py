@@ -133,9 +133,8 @@ def _submit_endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any
             answer.headers["Preference-Applied"] = ", ".join(applied)
         return answer
 
-    examples: Any = {name: {"value": value} for name, value in operation.examples.items()}
     post.__annotations__ = {
-        "body": Annotated[model, Body(openapi_examples=examples)],
+        "body": _body(model),
         "context": CurrentContext,
         "request": Request,
         "requester": CurrentRequester,
@@ -163,9 +162,15 @@ def _estimate_endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[A
     async def post(body: ProcessRequest, context: Context) -> Forecast:
         return await run_sync(estimate, context, body, limiter=context.threads)
 
-    post.__annotations__ = {"body": model, "context": CurrentContext, "return": Forecast}
+    post.__annotations__ = {"body": _body(model), "context": CurrentContext, "return": Forecast}
     post.__doc__ = "Estimate the cost of a request and check it, without submitting it."
     return post
+
+
+def _body(model: type[ProcessRequest]) -> Any:
+    """Return the type of the body of a process, with its examples."""
+    examples: Any = {name: {"value": value} for name, value in model.operation.examples.items()}
+    return Annotated[model, Body(openapi_examples=examples)]
 
 
 def _compiling_notes(context: Context, process: str, request: ProcessRequest) -> list[Note]:
