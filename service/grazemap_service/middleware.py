@@ -22,6 +22,7 @@ from grazemap_service.rendered import RENDERED_TYPES
 from grazemap_service.representations import LINES_TYPE, NPZ_TYPE, TEXT_TYPE
 from grazemap_service.request_body import BodyLimit, ReadRestOfBody
 from grazemap_service.settings import ServiceSettings, is_loopback
+from grazemap_worker.redis_settings import variable_of
 
 GUIDE = "/guide"
 """Where the guide is served."""
@@ -52,17 +53,16 @@ def install(app: FastAPI, settings: ServiceSettings) -> None:
     """Give the app its middleware; the last one added is the outermost."""
     app.add_middleware(BodyLimit, limit=settings.max_body_bytes)
     app.add_middleware(KeyCheck, keys=Keys(settings.api_keys, settings.api_keys_file))
-    if settings.cors_origins:
-        app.add_middleware(
-            Cors,
-            allow_origins=list(settings.cors_origins),
-            allow_methods=["GET", "HEAD", "POST", "DELETE"],
-            allow_headers=[
-                *("Authorization", "Content-Type", "Prefer", "Last-Event-ID", "If-None-Match"),
-                *("Priority", "Grazemap-Group", "Grazemap-Client"),
-            ],
-            expose_headers=["Location", "Retry-After", "ETag", "X-Request-Id", "Preference-Applied"],
-        )
+    app.add_middleware(
+        Cors,
+        allow_origins=list(settings.cors_origins),
+        allow_methods=["GET", "HEAD", "POST", "DELETE"],
+        allow_headers=[
+            *("Authorization", "Content-Type", "Prefer", "Last-Event-ID", "If-None-Match"),
+            *("Priority", "Grazemap-Group", "Grazemap-Client"),
+        ],
+        expose_headers=["Location", "Retry-After", "ETag", "X-Request-Id", "Preference-Applied"],
+    )
     app.add_middleware(HostCheck, allowed=settings.allowed_hosts)
     app.add_middleware(
         GZipMiddleware, minimum_size=_CHUNK_BYTES, compresslevel=_GZIP_LEVEL, exclude_content_types=_NOT_COMPRESSED
@@ -81,10 +81,10 @@ class Cors(CORSMiddleware):
         if response.status_code < 400:
             return response
         headers = {name: value for name, value in response.headers.items() if not name.startswith("content-")}
-        problem = ProblemException(
-            "bad-request", "A page of this origin may not send this method or header.", headers=headers
-        )
-        return response_of(problem)
+        detail = "Pages of other origins may not send this method or header."
+        if not self.is_allowed_origin(request_headers["origin"]):
+            detail = f"The origin of the page is not among those of {variable_of('cors_origins')}."
+        return response_of(ProblemException("bad-request", detail, headers=headers))
 
 
 class SecurityHeaders:

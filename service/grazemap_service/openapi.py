@@ -16,6 +16,7 @@ from starlette.responses import Response
 
 from grazemap.wire import PROCESSES
 from grazemap.wire.problems import make_problem
+from grazemap_service.answer_examples import answers_to
 from grazemap_service.jobs import PREFIX
 from grazemap_service.middleware import GUIDE, OPEN_PATHS
 from grazemap_service.problems import MEDIA_TYPE
@@ -29,6 +30,7 @@ from grazemap_service.result_schemas import (
     result_components,
 )
 
+_JSON = "application/json"
 _PROBLEM = {"$ref": "#/components/schemas/Problem"}
 # Problems of every operation below /v1.
 _COMMON_KINDS = ("key-required", "internal-error", "store-unavailable", "storage-full")
@@ -154,6 +156,7 @@ def document(app: FastAPI, *, keys: bool, masses: int) -> dict[str, Any]:
         _limit_lists(components["schemas"][name], masses)
     _type_jobs_and_results(schema)
     _type_batches(schema)
+    _give_answers(schema)
     for unused in ("HTTPValidationError", "ValidationError"):
         components.get("schemas", {}).pop(unused, None)
     if keys:
@@ -211,7 +214,25 @@ def _type_jobs_and_results(schema: dict[str, Any]) -> None:
     for process in PROCESSES:
         responses = schema["paths"][f"{PREFIX}/{process}"]["post"]["responses"]
         for status in ("200", "201", "202"):
-            responses[status]["content"]["application/json"]["schema"] = reference(job_name(process))
+            responses[status]["content"][_JSON]["schema"] = reference(job_name(process))
+
+
+def _give_answers(schema: dict[str, Any]) -> None:
+    """Give examples to the answers of processes, and of one of them to those about jobs of any process."""
+    paths = schema["paths"]
+
+    def give(path: str, method: str, **examples: Any) -> None:
+        for status, example in examples.items():
+            paths[f"{PREFIX}{path}"][method]["responses"][status.strip("_")]["content"][_JSON]["example"] = example
+
+    for process in PROCESSES:
+        answers = answers_to(process)
+        give(f"/{process}", "post", _200=answers.done, _201=answers.new, _202=answers.new)
+        give(f"/{process}/estimate", "post", _200=answers.forecast)
+    done = answers_to("grazing-curves").done
+    give("/jobs", "get", _200={"jobs": [done], "links": [{"href": f"{PREFIX}/jobs?limit=50", "rel": "first"}]})
+    for method in ("get", "delete"):
+        give("/jobs/{job_id}", method, _200=done)
 
 
 def _type_batches(schema: dict[str, Any]) -> None:

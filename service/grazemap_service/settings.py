@@ -7,6 +7,7 @@ keyword arguments). This module also decides which addresses and host names need
 from __future__ import annotations
 
 import ipaddress
+import re
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -20,6 +21,7 @@ from grazemap_worker.store.store import DEFAULT_RESULT_BYTES
 from grazemap_worker.system import machine_memory
 
 LOOPBACK_HOSTS = ("localhost", "127.0.0.1", "[::1]")
+_ORIGIN = re.compile(r"[a-z][a-z0-9+.-]*://([^\s/?#@:\[\]]+|\[[0-9a-f:.]+\])(:[0-9]{1,5})?")
 
 
 class SettingsError(ValueError):
@@ -52,7 +54,12 @@ class ServiceSettings(RedisSettings):
         tuple[str, ...], NoDecode, Field(description="accepted Host headers, also `*.lab.example` and `*`")
     ] = LOOPBACK_HOSTS
     cors_origins: Annotated[
-        tuple[str, ...], NoDecode, Field(description="origins whose pages may call the service from a browser")
+        tuple[str, ...],
+        NoDecode,
+        Field(
+            description="origins whose pages may call the service from a browser (CORS), as `https://lab.example` or "
+            "`http://localhost:8181`, or `*`. `localhost` and `127.0.0.1` are different origins"
+        ),
     ] = ()
 
     max_body_bytes: Annotated[int, Field(gt=0, description="maximum bytes of a request's body")] = 1 << 20
@@ -102,6 +109,11 @@ class ServiceSettings(RedisSettings):
     def _check_strength(cls, value: tuple[SecretStr, ...]) -> tuple[SecretStr, ...]:
         keys.setting_keys(value)
         return value
+
+    @field_validator("cors_origins")
+    @classmethod
+    def _check_origins(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(_origin(item) for item in value)
 
     @field_validator("api_keys_file")
     @classmethod
@@ -163,6 +175,16 @@ class StackSettings(WorkerSettings):
         this at most 1 GiB.
         """
         return self.redis_bytes if self.redis_bytes is not None else self.result_bytes + _share_of_memory(1 << 30, 8)
+
+
+def _origin(text: str) -> str:
+    """Return an origin as browsers send it: in small letters, and without a slash. Raises ValueError."""
+    origin = text.lower().removesuffix("/")
+    if origin != "*" and not _ORIGIN.fullmatch(origin):
+        raise ValueError(
+            "origins are scheme://host:port without a path, as http://localhost:8181 or https://lab.example, or *"
+        )
+    return origin
 
 
 def _share_of_memory(max_bytes: int, parts: int) -> int:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
 from functools import partial
 from inspect import Parameter, signature
 from pathlib import Path
@@ -26,7 +27,7 @@ from grazemap.results.base import Result
 from grazemap.results.fields import Field, RecordSchema, ResultSchema
 from grazemap.results.observables import OBSERVABLES
 from grazemap.results.tables import CURVE, PLANE, POINTS, is_table
-from grazemap.wire import PROCESSES, ProcessRequest
+from grazemap.wire import PROCESSES, ProcessRequest, parse_request
 from grazemap_service.settings_list import settings
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -40,6 +41,8 @@ _PLACES = {"Oscillator": "oscillator.md", "OutputRow": "observables.md"} | {
 }
 # Bounds beyond this keep powers of numbers finite, and tell nobody anything.
 _LARGE = 1e30
+# In a block of its own, or sent by curl.
+_BODY = re.compile(r"(?:^```json\n|-d ')\s*(\{.*?)(?:```|')", re.DOTALL | re.MULTILINE)
 _TABLE = re.compile(r"(<!-- fields of ([\w-]+) -->\n).*?(<!-- end of fields -->)", re.DOTALL)
 
 
@@ -50,7 +53,21 @@ def pages() -> list[Path]:
 
 def written(text: str) -> str:
     """Return a page with its tables as they should be. Raises KeyError for a name that no schema has."""
-    return _TABLE.sub(lambda found: found[1] + _table(found[2]) + found[3], text)
+    return _TABLE.sub(lambda found: found[1] + _table(found[2], _lead(text)) + found[3], text)
+
+
+def _lead(text: str) -> str:
+    """Return what is written by hand above the first section of a page."""
+    return _TABLE.sub("", text).partition("\n## ")[0]
+
+
+def requests_in(text: str, process: str) -> list[ProcessRequest]:
+    """Return the requests of a process that a text shows as bodies, in JSON."""
+    requests = []
+    for body in _BODY.findall(text):
+        with suppress(ValueError):  # a part of a result, or a request of another process
+            requests.append(parse_request(process, json.loads(body)))
+    return requests
 
 
 def _results(process: str) -> list[ResultSchema]:
@@ -59,16 +76,14 @@ def _results(process: str) -> list[ResultSchema]:
 
 def new_page(process: str) -> str:
     """Return a page about a process, to be written on by hand."""
-    operation = PROCESSES[process].operation
-    example = json.dumps(next(iter(operation.examples.values())))
-    parts = [f"# {operation.summary}", f"<!-- fields of request-{process} -->\n<!-- end of fields -->"]
-    parts.append(f"```json\n{example}\n```")
+    parts = [f"# {PROCESSES[process].operation.summary}"]
+    parts.append(f"<!-- fields of request-{process} -->\n<!-- end of fields -->")
     for schema in _results(process):
         parts += [schema.description, f"<!-- fields of {schema.name} -->\n<!-- end of fields -->"]
     return "\n\n".join(parts) + "\n"
 
 
-def _table(name: str) -> str:
+def _table(name: str, lead: str) -> str:
     parts: dict[str, Callable[[], Iterator[str]]] = {
         "classes": _classes,
         "processes": _processes,
@@ -76,7 +91,7 @@ def _table(name: str) -> str:
         "methods": _methods,
         "settings": _settings,
     }
-    parts |= {f"request-{process}": partial(_request, process) for process in PROCESSES}
+    parts |= {f"request-{process}": partial(_request, process, lead) for process in PROCESSES}
     rows = parts[name]() if name in parts else _fields(_records()[name])
     return "\n".join(rows) + "\n"
 
@@ -119,8 +134,11 @@ def _type(one: Field) -> str:
     return f"{name} [{', '.join(one.dims)}]" if one.dims else name
 
 
-def _request(process: str) -> Iterator[str]:
-    """Yield how a process is called, the fields of its request, and those of the records in it."""
+def _request(process: str, lead: str) -> Iterator[str]:
+    """Yield how a process is called, the fields of its request, and those of the records in it.
+
+    A request in JSON is among them, unless `lead`, which is above the first section of the page, shows one.
+    """
     request = PROCESSES[process]
     schema = request.model_json_schema()
     records, method = schema["$defs"], method_of(process)
@@ -130,10 +148,18 @@ def _request(process: str) -> Iterator[str]:
     yield "```\n"
     results = _or(_result_names(process))
     yield f"`POST /v1/{process}` over HTTP, `grazemap {process}` on the command line. The result is a {results}.\n"
+    if not requests_in(lead, process):
+        yield f"For example, over HTTP:\n\n```json\n{_example(request)}\n```\n"
     yield from _record({**schema, "properties": _with_short_forms(request, schema["properties"])}, records)
     for name in _own_records(schema, records):
         yield f"\n`{name}`: {records[name]['description'].partition(chr(10) * 2)[0].replace(chr(10), ' ')}\n"
         yield from _record(records[name], records)
+
+
+def _example(request: type[ProcessRequest]) -> str:
+    """Return the first example of a process as people write it, in JSON."""
+    body = request.short_form(next(iter(request.operation.examples.values())))
+    return fill(json.dumps(body), 118, subsequent_indent=" ", break_on_hyphens=False)
 
 
 def _with_short_forms(request: type[ProcessRequest], fields: Mapping[str, Any]) -> dict[str, Any]:

@@ -127,14 +127,14 @@ def _submit_endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any
                 answer.headers["Content-Location"] = f"{job_path(job.id)}/result"
             answer.headers["Location"] = job_path(job.id)
         else:
+            job = await run_sync(_with_notes_on_what_is_left_out, job, body, limiter=context.threads)
             answer = job_response(job, 201 if created else 200)
         if applied:
             answer.headers["Preference-Applied"] = ", ".join(applied)
         return answer
 
-    examples: Any = {name: {"value": value} for name, value in operation.examples.items()}
     post.__annotations__ = {
-        "body": Annotated[model, Body(openapi_examples=examples)],
+        "body": _body(model),
         "context": CurrentContext,
         "request": Request,
         "requester": CurrentRequester,
@@ -143,6 +143,11 @@ def _submit_endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any
     }
     post.__name__, post.__doc__ = operation.operation_id, operation.description
     return post
+
+
+def _with_notes_on_what_is_left_out(job: Job, request: ProcessRequest) -> Job:
+    """Return a job with the notes on its request as it was written, which the job itself has not (blocking)."""
+    return job.model_copy(update={"notes": [*job.notes, *unstated(request)]})
 
 
 def _estimate_endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[Any, Any, Forecast]]:
@@ -157,9 +162,15 @@ def _estimate_endpoint(model: type[ProcessRequest]) -> Callable[..., Coroutine[A
     async def post(body: ProcessRequest, context: Context) -> Forecast:
         return await run_sync(estimate, context, body, limiter=context.threads)
 
-    post.__annotations__ = {"body": model, "context": CurrentContext, "return": Forecast}
+    post.__annotations__ = {"body": _body(model), "context": CurrentContext, "return": Forecast}
     post.__doc__ = "Estimate the cost of a request and check it, without submitting it."
     return post
+
+
+def _body(model: type[ProcessRequest]) -> Any:
+    """Return the type of the body of a process, with its examples."""
+    examples: Any = {name: {"value": value} for name, value in model.operation.examples.items()}
+    return Annotated[model, Body(openapi_examples=examples)]
 
 
 def _compiling_notes(context: Context, process: str, request: ProcessRequest) -> list[Note]:

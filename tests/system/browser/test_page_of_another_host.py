@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import functools
 import http.server
+import math
 import threading
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import Browser, Route, expect
 
 from tests.support.running_stack import RunningStack
 from tests.support.watched_page import Watched
@@ -47,25 +48,67 @@ def service(origin: str) -> Iterator[str]:
     stack.stop()
 
 
-def test_a_page_of_an_allowed_host_draws_the_curve(browser: Browser, origin: str, service: str) -> None:
+@pytest.fixture
+def watched(browser: Browser) -> Iterator[Watched]:
     context = browser.new_context()
-    watched = Watched(context.new_page())
-    watched.page.goto(f"{origin}/grazing_curve.html?service={service}")
-    expect(watched.page.locator("#caption")).to_contain_text("1.2", timeout=60_000)
-    points = watched.page.locator("polyline").get_attribute("points") or ""
+    yield Watched(context.new_page())
+    context.close()
+
+
+def test_a_page_of_an_allowed_host_draws_the_curve(watched: Watched, origin: str, service: str) -> None:
+    page = watched.page
+    page.goto(f"{origin}/grazing_curve.html?service={service}")
+    expect(page.locator("polyline")).to_be_attached(timeout=60_000)
+    points = page.locator("polyline").get_attribute("points") or ""
     x, y = zip(*(map(float, point.split(",")) for point in points.split()), strict=True)
-    assert (x[0], x[-1], min(y)) == (0, 600, 0)
+    assert (x[0], x[-1], min(y)) == (0, 540, 0)
     assert list(x) == sorted(x)
     assert len(x) == POINTS
+    # one mass: the peak is at its natural frequency
+    natural = math.sqrt(2000 / 0.5) / (2 * math.pi)
+    assert math.isclose(x[y.index(0)] / 540, (natural - 6) / 8, abs_tol=0.01)
+    expect(page.locator("figcaption")).to_contain_text(f"{natural:.1f} Hz")
+    expect(page.locator("svg")).to_contain_text("clearance in mm")
+    # the restitution is left out
+    expect(page.locator("li")).to_have_count(1)
+    expect(page.locator("li")).to_contain_text("restitution")
     assert watched.complaints == []
-    context.close()
 
 
-def test_a_page_of_another_host_is_told_that_it_may_not(browser: Browser, url: str, origin: str) -> None:
+def test_a_page_follows_a_job_that_takes_long(watched: Watched, origin: str, service: str) -> None:
+    """Answers to POST do not wait, as if the job took long."""
+    page = watched.page
+    streams: list[str] = []
+    page.on("request", lambda request: streams.append(request.url) if request.url.endswith("/events") else None)
+
+    def at_once(route: Route) -> None:
+        if route.request.method != "POST":
+            return route.continue_()
+        answer = route.fetch()
+        return route.fulfill(response=answer, json={**answer.json(), "status": "running"})
+
+    page.route("**/v1/grazing-curves", at_once)
+    page.goto(f"{origin}/grazing_curve.html?service={service}")
+    expect(page.locator("polyline")).to_be_attached(timeout=60_000)
+    assert len(streams) == 1
+
+
+def test_a_page_shows_the_errors_of_a_request(watched: Watched, origin: str, service: str) -> None:
+    page = watched.page
+
+    def with_a_negative_mass(route: Route) -> None:
+        asked = route.request.post_data
+        route.continue_(post_data=asked.replace('"masses":[0.5]', '"masses":[-0.5]') if asked else None)
+
+    page.route("**/v1/grazing-curves", with_a_negative_mass)
+    page.goto(f"{origin}/grazing_curve.html?service={service}")
+    expect(page.locator("figcaption")).to_contain_text("/oscillator/masses/0: ", timeout=60_000)
+    expect(page.locator("polyline")).to_have_count(0)
+
+
+def test_a_page_of_another_host_is_told_that_it_may_not(watched: Watched, url: str, origin: str) -> None:
     """`url` is a stack without the setting."""
-    context = browser.new_context()
-    watched = Watched(context.new_page())
-    watched.page.goto(f"{origin}/grazing_curve.html?service={url}")
-    expect(watched.page.locator("#caption")).to_contain_text("fetch")
-    assert watched.page.locator("polyline").get_attribute("points") is None
-    context.close()
+    page = watched.page
+    page.goto(f"{origin}/grazing_curve.html?service={url}")
+    expect(page.locator("figcaption")).to_contain_text(f"GRAZEMAP_CORS_ORIGINS={origin}")
+    expect(page.locator("polyline")).to_have_count(0)

@@ -99,15 +99,28 @@ def test_every_described_header_is_allowed_to_pages_of_an_allowed_origin(serve: 
         assert preflight.status_code == 200, header
 
 
-def test_a_refused_preflight_is_a_problem(serve: Any) -> None:
-    client = serve(cors_origins="https://app.example")
-    answer = client.options(
-        "/v1/grazing-curves", headers={"Origin": "https://evil.example", "Access-Control-Request-Method": "POST"}
-    )
-    assert answer.status_code == 400
-    assert answer.headers["content-type"] == "application/problem+json"
-    assert "access-control-allow-origin" not in answer.headers
-    assert "evil" not in answer.text
+@pytest.mark.parametrize("allowed", ["", "https://app.example"])
+def test_a_refused_preflight_is_a_problem_that_names_its_cause(serve: Any, allowed: str) -> None:
+    client = serve(cors_origins=allowed)
+
+    def refused(origin: str, header: str) -> str:
+        asked = {"Access-Control-Request-Method": "POST", "Access-Control-Request-Headers": header}
+        answer = client.options("/v1/grazing-curves", headers={"Origin": origin, **asked})
+        assert answer.status_code == 400
+        assert answer.headers["content-type"] == "application/problem+json"
+        assert "evil" not in answer.text
+        return str(answer.json()["detail"])
+
+    assert "GRAZEMAP_CORS_ORIGINS" in refused("https://evil.example", "content-type")
+    if allowed:
+        assert "GRAZEMAP_CORS_ORIGINS" not in refused(allowed, "x-evil")
+
+
+@pytest.mark.parametrize("written", ["http://localhost:8181/", "HTTP://Localhost:8181", "http://localhost:8181"])
+def test_an_allowed_origin_is_compared_as_browsers_send_it(serve: Any, written: str) -> None:
+    origin = "http://localhost:8181"
+    answer = serve(cors_origins=f"https://[::1]:1, {written}").get("/v1", headers={"Origin": origin})
+    assert answer.headers["access-control-allow-origin"] == origin
 
 
 def test_answers_are_not_pages(client: TestClient) -> None:

@@ -194,6 +194,38 @@ def test_examples_can_be_posted(client: TestClient, document: dict[str, Any], pr
         assert answer.json()["estimate"]["seconds"] < 5
 
 
+@pytest.mark.parametrize("process", PROCESSES)
+def test_the_answers_that_are_shown_are_those_to_the_first_example(
+    client: TestClient, document: dict[str, Any], process: str
+) -> None:
+    def shown(path: str, status: str = "200") -> Any:
+        return document["paths"][path]["post"]["responses"][status]["content"]["application/json"]["example"]
+
+    path = f"/v1/{process}"
+    body = next(iter(PROCESSES[process].operation.examples.values()))
+    (example, *_) = document["paths"][path]["post"]["requestBody"]["content"]["application/json"]["examples"].values()
+    assert example == {"value": body}
+    job = client.post(path, json=body).json()
+    moment = {"created": job["created"], "waiting_for": job["waiting_for"]}
+    assert shown(path, "201") | moment == shown(path, "202") | moment == job
+    assert shown(f"{path}/estimate") == {**job["estimate"], "notes": job["notes"]}
+    done = shown(path)
+    assert done["progress"]["done"] == done["progress"]["total"]
+    assert {link["rel"] for link in done["links"]} > {link["rel"] for link in job["links"]} - {"cancel"}
+
+
+def test_shown_answers_are_as_described(document: dict[str, Any]) -> None:
+    shown = 0
+    for _, path, operation in operations(document):
+        for status, answer in operation["responses"].items():
+            content = answer.get("content", {}).get("application/json", {})
+            if "example" in content:
+                described = Draft202012Validator({**content["schema"], "components": document["components"]})
+                assert described.is_valid(content["example"]), (path, status)
+                shown += 1
+    assert shown == 4 * len(PROCESSES) + 3
+
+
 def test_a_request_of_a_batch_is_described_by_its_process(document: dict[str, Any]) -> None:
     items = document["components"]["schemas"]["Batch"]["properties"]["requests"]["items"]
     item = Draft202012Validator({**items, "components": document["components"]})

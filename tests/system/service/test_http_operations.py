@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import httpx2
@@ -26,8 +27,8 @@ from grazemap.codec import encode_npz
 from grazemap.wire import PROCESSES
 from grazemap_service import __main__ as service_program
 from grazemap_service.redis_server import RedisServer
-from grazemap_service.settings import ServiceSettings
 from grazemap_service.routers.docs import GUIDE
+from grazemap_service.settings import ServiceSettings
 from grazemap_worker.store import Store, WorkerInfo, core_version
 from grazemap_worker.store.keys import PREFIX
 from grazemap_worker.system import not_kept
@@ -355,6 +356,8 @@ def start(monkeypatch: pytest.MonkeyPatch, servers: list[PlayedServer]) -> Calla
         ({"GRAZEMAP_API_KEYS": "short"}, "GRAZEMAP_API_KEYS"),
         ({"GRAZEMAP_API_KEYS_FILE": "/nowhere/keys"}, "GRAZEMAP_API_KEYS_FILE"),
         ({"GRAZEMAP_LOG_LEVEL": "loud"}, "GRAZEMAP_LOG_LEVEL"),
+        ({"GRAZEMAP_CORS_ORIGINS": "localhost:8181"}, "GRAZEMAP_CORS_ORIGINS"),
+        ({"GRAZEMAP_CORS_ORIGINS": "http://localhost:8181/page"}, "GRAZEMAP_CORS_ORIGINS"),
     ],
 )
 def test_it_refuses_to_start_with_bad_settings(

@@ -12,7 +12,7 @@ import httpx2
 import pytest
 from starlette.testclient import TestClient
 
-from grazemap.wire import PROCESSES, Oscillator, UnfoldingDiagramsRequest
+from grazemap.wire import PROCESSES, Oscillator, UnfoldingDiagramsRequest, parse_request
 from grazemap_service.request_body import JsonRequest
 from grazemap_worker.queue import wake_ups
 from grazemap_worker.store import Store, WorkerInfo, core_version, jobs
@@ -100,6 +100,26 @@ def test_a_job_has_notes_on_what_is_probably_not_meant(client: TestClient) -> No
     waited = client.post("/v1/unfolding-maps", json=body, headers={"prefer": "wait=1"}).json()
     assert waited["notes"] == submitted["notes"]
     assert client.post("/v1/unfolding-maps", json=MAP).json()["notes"] == []
+
+
+@pytest.mark.parametrize(("given", "code"), [({"units": "SI"}, "default-restitution"), ({}, "units-left-out")])
+def test_notes_on_what_a_request_leaves_out_are_in_the_answer_to_it_alone(
+    client: TestClient, given: dict[str, str], code: str
+) -> None:
+    machine = {"masses": [2.0], "stiffnesses": [800.0], "damping": [1.6], "forcing": [12.0]}
+    body = {"oscillator": machine | given, "omega": [15.0, 20.0, 25.0]}
+
+    def noted(body: Any, path: str = "", **headers: str) -> list[str]:
+        answer = client.post(f"/v1/grazing-curves{path}", json=body, headers=headers).json()
+        return [note["code"] for note in answer["notes"]]
+
+    assert noted(body, "/estimate") == [code]
+    # new, known, and waited for
+    assert noted(body) == noted(body) == noted(body, prefer="wait=1, return=representation") == [code]
+    (job,) = client.get("/v1/jobs").json()["jobs"]
+    assert client.get(f"/v1/jobs/{job['id']}").json()["notes"] == []
+    # a client that says them itself sends the defaults
+    assert noted(parse_request("grazing-curves", body).canonical()) == []
 
 
 def test_a_job_waits_unbound_until_there_is_a_worker_and_is_queued_for_it(client: TestClient, store: Store) -> None:
@@ -298,9 +318,6 @@ def test_an_estimate_is_that_of_the_job_and_submits_nothing(client: TestClient) 
     assert client.get("/v1/jobs").json()["jobs"] == []
     job = client.post("/v1/unfolding-maps", json=body).json()
     assert forecast.json() == {**job["estimate"], "notes": job["notes"]}
-    si = {"units": "SI", "masses": [2.0], "stiffnesses": [800.0], "damping": 0.001, "forcing": [12.0]}
-    unstated = client.post("/v1/grazing-curves/estimate", json={"oscillator": si, "omega": [15.0, 20.0, 25.0]}).json()
-    assert [note["code"] for note in unstated["notes"]] == ["default-restitution"]
     refused = client.post("/v1/unfolding-maps/estimate", json=MAP | {"max_periods": 0})
     assert refused.status_code == 422
     assert refused.json()["errors"][0]["pointer"] == "/max_periods"

@@ -46,6 +46,13 @@ def test_a_new_process_gets_a_page(process: str) -> None:
     assert all(f"| `{name}` |" in page for name in PROCESSES[process].model_fields)
 
 
+@pytest.mark.parametrize("process", PROCESSES)
+def test_the_page_of_a_process_shows_a_request_as_one_posts_it(process: str) -> None:
+    page = tables.REFERENCE / f"{process}.md"
+    for text in (page.read_text("utf-8"), tables.written(tables.new_page(process))):
+        assert tables.requests_in(text.partition("\n## ")[0], process)
+
+
 def test_the_guide_has_the_fields_of_every_result() -> None:
     text = "".join(page.read_text("utf-8") for page in tables.pages())
     shown = set(re.findall(r"<!-- fields of (\w+) -->", text))
