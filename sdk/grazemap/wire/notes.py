@@ -68,7 +68,7 @@ def unstated(request: ProcessRequest) -> list[Note]:
     """Return a note on each default that is seldom meant, in a request as a caller wrote it.
 
     A job's request has every default filled in, so neither a stored job nor a result has these notes: they are in the
-    answer to the request.
+    answer to the POST of the request.
     """
     oscillator = request.oscillator
     if oscillator.units != "SI":

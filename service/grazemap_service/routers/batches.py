@@ -15,7 +15,7 @@ from fastapi import APIRouter, Body, Query, Request
 from fastapi.responses import StreamingResponse
 from pydantic import Field, ValidationError
 
-from grazemap.wire import FINISHED, PROCESSES, Job, ProblemError, parse_request
+from grazemap.wire import FINISHED, PROCESSES, Job, ProblemError, parse_request, unstated
 from grazemap.wire.base import Request as RequestBody
 from grazemap.wire.error_details import MAX_ERRORS, errors_of
 from grazemap_service.context import Context, CurrentContext
@@ -73,9 +73,9 @@ Batch.build()  # as the requests of processes
     responses={
         200: {
             "description": "A line of JSON for each request, as soon as it is decided, in any order. `index` is the "
-            "place of the request. A job has `id`, `status`, and `result` or `npz` (base64); a result of more "
-            "than a megabyte has `href` in their place. A failed job, and a request that was not accepted, have "
-            "`problem`. Empty lines mean nothing.",
+            "place of the request, and `notes` say what it leaves out, if anything. A job has `id`, `status`, and "
+            "`result` or `npz` (base64); a result of more than a megabyte has `href` in their place. A failed job, "
+            "and a request that was not accepted, have `problem`. Empty lines mean nothing.",
             "content": {LINES_TYPE: {"schema": {"type": "string"}}, TEXT_TYPE: {"schema": {"type": "string"}}},
         },
         **problem_responses(*(kind for kind in SUBMISSION_KINDS if kind != "queue-full")),
@@ -93,7 +93,8 @@ async def post_batch(
     If one of them is not valid, none is submitted. The jobs continue when the connection ends: post the batch again.
     """
     submissions = await run_sync(_checked, context, batch)
-    lines = _answers(request, context, requester, submissions, form)
+    heads = await run_sync(_heads, submissions)
+    lines = _answers(request, context, requester, submissions, heads, form)
     media_type = TEXT_TYPE if request.headers.get("accept", "").startswith(TEXT_TYPE) else LINES_TYPE
     return StreamingResponse(lines, media_type=media_type, headers={"Cache-Control": "no-store", "Vary": "Accept"})
 
@@ -124,14 +125,28 @@ def _checked(context: Context, batch: Batch) -> list[Submission]:
     return submissions
 
 
+def _heads(submissions: Sequence[Submission]) -> list[bytes]:
+    """Return the first JSON members of the line of each request: its place, and the notes on what it leaves out."""
+    heads: list[dict[str, Any]] = []
+    for index, submission in enumerate(submissions):
+        notes = [note.model_dump() for note in unstated(submission.request)]
+        heads.append({"index": index, "notes": notes} if notes else {"index": index})
+    return [json.dumps(head, separators=(",", ":")).encode()[1:-1] for head in heads]
+
+
 def _with_path(path: str, errors: Sequence[ProblemError]) -> list[ProblemError]:
     return [error.model_copy(update={"pointer": f"{path}/request{error.pointer}"}) for error in errors]
 
 
 async def _answers(
-    request: Request, context: Context, requester: Requester, submissions: Sequence[Submission], form: str
+    request: Request,
+    context: Context,
+    requester: Requester,
+    submissions: Sequence[Submission],
+    heads: Sequence[bytes],
+    form: str,
 ) -> AsyncIterator[bytes]:
-    """Yield the lines of the response, one for each request."""
+    """Yield the lines of the response, one for each request, which begin with its head."""
     waiting: dict[str, list[int]] = {}
     with context.hub.listen_to_ends() as ended:
         for first in range(0, len(submissions), _AT_A_TIME):
@@ -142,14 +157,14 @@ async def _answers(
             for index, job in zip(part, jobs, strict=True):
                 if isinstance(job, Exception):
                     problem = bytes((await answer_to(request, job)).body)
-                    yield b'{"index":%d,"problem":%s}\n' % (index, problem)
+                    yield b'{%s,"problem":%s}\n' % (heads[index], problem)
                 else:
                     waiting.setdefault(job.id, []).append(index)
                     if job.status in FINISHED:
                         decided[job.id] = None
             while not ended.empty():
                 decided[ended.get_nowait() or ""] = None
-            async for lines in _lines(context, requester, decided, waiting, form):
+            async for lines in _lines(context, requester, decided, waiting, heads, form):
                 yield lines
         looked = time.monotonic()
         while waiting:
@@ -163,7 +178,7 @@ async def _answers(
                 news.append(ended.get_nowait())
             if None in news or time.monotonic() - looked > _RENEW_SECONDS:
                 looked, news = time.monotonic(), [*waiting]
-            async for lines in _lines(context, requester, [job_id for job_id in news if job_id], waiting, form):
+            async for lines in _lines(context, requester, [job_id for job_id in news if job_id], waiting, heads, form):
                 yield lines
 
 
@@ -177,7 +192,12 @@ def _submit(context: Context, requester: Requester, submissions: Sequence[Submis
 
 
 async def _lines(
-    context: Context, requester: Requester, decided: Iterable[str], waiting: dict[str, list[int]], form: str
+    context: Context,
+    requester: Requester,
+    decided: Iterable[str],
+    waiting: dict[str, list[int]],
+    heads: Sequence[bytes],
+    form: str,
 ) -> AsyncIterator[bytes]:
     """Yield the lines of ended jobs, several at a time, and remove these jobs from `waiting`."""
     ids = [job_id for job_id in dict.fromkeys(decided) if job_id in waiting]
@@ -190,7 +210,7 @@ async def _lines(
         lines: list[bytes] = []
         for job_id, answer in zip(part, answers, strict=True):
             if answer is not None:
-                lines += (b'{"index":%d,%s}\n' % (index, answer) for index in waiting.pop(job_id))
+                lines += (b"{%s,%s}\n" % (heads[index], answer) for index in waiting.pop(job_id))
             if sum(map(len, lines)) > LARGE_BYTES:
                 yield b"".join(lines)
                 lines = []

@@ -78,6 +78,18 @@ def test_json_of_a_line_is_that_of_the_result_and_a_large_result_is_linked(
     assert client.get(line["href"]).headers["content-type"] == "application/x-npz"
 
 
+def test_a_line_has_the_notes_on_what_its_request_leaves_out(client: TestClient, worker: Any) -> None:
+    machine = {"units": "SI", "masses": [2.0], "stiffnesses": [800.0], "damping": [1.6], "forcing": [12.0]}
+    given = machine | {"restitution": 0.8}
+    bodies = [{"oscillator": oscillator, "omega": [15.0, 20.0, 25.0]} for oscillator in (machine, given)]
+    worker.finish(client.post("/v1/grazing-curves", json=bodies[0]).json()["id"])
+    requests = [{"process": "grazing-curves", "request": body} for body in bodies]
+    lines = lines_of(client.post("/v1/batches", json={"requests": requests}))
+    assert lines[0].pop("notes") == client.post("/v1/grazing-curves", json=bodies[0]).json()["notes"]
+    assert lines[0].pop("index") == 0
+    assert lines[0] | {"index": 1} == lines[1]
+
+
 def test_a_job_that_ends_while_it_is_looked_at_has_its_result_in_the_line(
     client: TestClient, store: Store, worker: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
