@@ -74,8 +74,8 @@ Batch.build()  # as the requests of processes
         200: {
             "description": "A line of JSON for each request, as soon as it is decided, in any order. `index` is the "
             "place of the request, and `notes` say what it leaves out, if anything. A job has `id`, `status`, and "
-            "`result` or `npz` (base64); a result of more than a megabyte has `href` in their place. A failed job, and a "
-            "request that was not accepted, have `problem`. Empty lines mean nothing.",
+            "`result` or `npz` (base64); a result of more than a megabyte has `href` in their place. A failed job, "
+            "and a request that was not accepted, have `problem`. Empty lines mean nothing.",
             "content": {LINES_TYPE: {"schema": {"type": "string"}}, TEXT_TYPE: {"schema": {"type": "string"}}},
         },
         **problem_responses(*(kind for kind in SUBMISSION_KINDS if kind != "queue-full")),
