@@ -26,6 +26,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import matplotlib as mpl
+from matplotlib import pyplot
 
 import grazemap
 
@@ -174,12 +175,14 @@ def main(arguments: Sequence[str]) -> int:
     wrong = 0
     with grazemap.local() as client:
         # of the same service: a page may close it
-        grazemap.local = lambda: grazemap.Client(client.base_url)  # type: ignore[assignment, misc]
+        grazemap.local = lambda *_, **__: grazemap.Client(client.base_url)  # type: ignore[assignment]
         os.environ["GRAZEMAP_URL"] = client.base_url
         for page in given.pages or pages():
             began = time.monotonic()
-            with tempfile.TemporaryDirectory(prefix="grazemap-page-") as folder:
+            # settings of pictures are those of one page
+            with mpl.rc_context(), tempfile.TemporaryDirectory(prefix="grazemap-page-") as folder:
                 differences = (_differs if given.check else _write)(page, client, folder)
+            pyplot.close("all")
             wrong += len(differences)
             print(f"{page.name}: {time.monotonic() - began:.1f} s", *differences, sep="\n  ", flush=True)
     return 1 if wrong else 0
