@@ -17,6 +17,7 @@ from grazemap.plots.wordings import Wording, unit_wording
 from grazemap.results import OrbitBranch, PeriodicOrbit, SpecialPoint
 from grazemap.results.stretches import Knots
 from grazemap.wire import impacts_on, motion_label
+from grazemap.wire.structure import SIDES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -127,7 +128,8 @@ def plot_branch(result: OrbitBranch, drawing: Drawing, colour: str | None, label
         for impact in range(1, line.shape[1]):
             pen.plot(line[:, 0], line[:, impact], label=prefix + kind if impact == 1 and len(line) else None, **style)
     seen: set[str] = set()
-    for point in result.special_points:
+    # the legend shows a type as at an admissible orbit, if there is one
+    for point in sorted(result.special_points, key=lambda point: not point.admissible):
         marker, point_colour, text = BIFURCATIONS[point.type]
         heights = _speeds(result, point).tolist()
         style = {"marker": marker, "color": point_colour, "markersize": 6, "linestyle": "none", "zorder": 5}
@@ -159,7 +161,12 @@ def named_branch(result: OrbitBranch) -> str:
 
 
 def _name_stops(drawing: Drawing, pen: Pen, result: OrbitBranch) -> None:
-    """Write r or l, the stop of the impacts, at the end of admissible orbits where most lines are separate."""
+    """Write r or l, the stop of the impacts, at the end of admissible orbits where most lines are separate.
+
+    Nothing is written where all impacts are on one stop.
+    """
+    if len({*result.stops.tolist()}) < len(SIDES):
+        return
     knots = result.knots()
     first, last = _drawn_once(knots)
     if first == last:  # a single orbit has no line

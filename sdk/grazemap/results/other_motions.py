@@ -69,7 +69,7 @@ class OtherStartsOfMap(Record):
 
     def __str__(self) -> str:
         if not self.with_others:
-            return f"no other motion from {self.starts} other starts at each of {self.points} points, {_NOT_SEEN}"
+            return f"from rest; {self.starts} other starts at each of {self.points} points led to the same motions"
         motions = ", ".join(motion.label for motion in self.motions[:_MOST])
         more = ", .." if len(self.motions) > _MOST else ""
         return f"other stable motions at {self.with_others} of {self.points} sampled points: {motions}{more}"

@@ -33,6 +33,8 @@ PLANE = ("vertical", "horizontal")
 CURVE = ("curve",)
 """The dimension of a list of curves."""
 _POINT = ("point",)
+# The column of what varies along a line, whose unit is that of the parameter.
+_PARAMETER = "parameter"
 # Characters of the longest text in a printed table.
 _WIDEST = 24
 # pandas types of columns that can hold None.
@@ -129,8 +131,13 @@ def columns(result: Result, name: str) -> dict[str, Column]:
         else:
             for inner in field.type:
                 collected[inner.name] = (inner, list(getattr(value, inner.name)))
+    varied = result.meta["request"].get("axis", {}).get("vary", "") if result.units == "SI" else ""
     return {
-        key: Column(values, _dtype(field, values), field.unit_in(result.units) or "")
+        key: Column(
+            values,
+            _dtype(field, values),
+            unit_of(varied) if key == _PARAMETER else field.unit_in(result.units) or "",
+        )
         for key, (field, values) in collected.items()
     }
 

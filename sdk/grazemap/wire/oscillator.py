@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import (
@@ -255,6 +256,11 @@ class Oscillator(Request):
         if fields.get("contact") == 1:
             del fields["contact"]
         return fields
+
+    def __repr_args__(self) -> Iterator[tuple[str | None, Any]]:
+        """Yield the fields that are shown: of matrices not those of a chain, and nothing that is not there."""
+        chain = () if self.matrices is None else ("masses", "stiffnesses", "damping")
+        yield from (pair for pair in super().__repr_args__() if pair[0] not in chain and pair[1] is not None)
 
     @property
     def size(self) -> int:

@@ -116,3 +116,10 @@ def test_from_matrices_takes_arrays_and_other_fields() -> None:
     assert oscillator.size == 2
     assert oscillator.natural_frequencies == pytest.approx(np.sqrt(1.0 + np.array([-1.0, 1.0]) * np.sqrt(0.5)))
     assert oscillator.damping_ratios == pytest.approx([0.02, 0.02])
+
+
+def test_an_oscillator_of_matrices_does_not_show_the_chain_that_it_is_not():
+    shown = repr(Oscillator.from_matrices(mass=[[1.0]], damping=[[0.1]], stiffness=[[4.0]], forcing=[1.0]))
+    assert "matrices=" in shown
+    assert "stiffnesses" not in shown
+    assert "stiffnesses=[1.0, 5.0, 5.0]" in repr(Oscillator())
