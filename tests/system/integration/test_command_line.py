@@ -13,6 +13,7 @@ import httpx2
 import psutil
 import pytest
 
+from grazemap_service.routers.docs import GUIDE
 from tests.support.watching import living, until
 
 KEY = "0123456789-of-the-tests-KEY"
@@ -30,19 +31,22 @@ def test_up_prints_the_addresses_and_ctrl_c_ends_it_in_order(tmp_path: Path) -> 
         command, stdout=subprocess.PIPE, text=True, start_new_session=True, env=environment, cwd=tmp_path
     ) as up:
         assert up.stdout is not None
-        addresses = dict(up.stdout.readline().split() for _ in range(3))
-        assert list(addresses) == ["explorer", "docs", "metrics"]
-        for address in addresses.values():
-            key = {"authorization": f"Bearer {KEY}"}
-            assert httpx2.get(address, headers=key, trust_env=False).status_code == 200
-        assert httpx2.get(addresses["metrics"], trust_env=False).status_code == 401
-        below = psutil.Process(up.pid).children(recursive=True)
-        assert len(below) >= 4
-        informed = [process for process in below if KEY in process.environ().values()]
-        assert {"grazemap_service"} >= {
-            process.cmdline()[-1] for process in informed if "--port" not in process.cmdline()
-        }
-        os.killpg(up.pid, signal.SIGINT)
+        try:
+            addresses = dict(up.stdout.readline().split() for _ in range(4))
+            assert list(addresses) == ["explorer", "guide", "docs", "metrics"]
+            for name, address in addresses.items():
+                key = {"authorization": f"Bearer {KEY}"}
+                answer = httpx2.get(address, headers=key, trust_env=False)
+                assert answer.status_code == (200 if name != "guide" or GUIDE.is_built else 404)
+            assert httpx2.get(addresses["metrics"], trust_env=False).status_code == 401
+            below = psutil.Process(up.pid).children(recursive=True)
+            assert len(below) >= 4
+            informed = [process for process in below if KEY in process.environ().values()]
+            assert {"grazemap_service"} >= {
+                process.cmdline()[-1] for process in informed if "--port" not in process.cmdline()
+            }
+        finally:
+            os.killpg(up.pid, signal.SIGINT)
         assert up.wait(timeout=60) == 0
     until(lambda: not living(below))
 
