@@ -261,7 +261,9 @@ def _asked(request: ProcessRequest) -> Asked:
     """Return what a request says about its machine."""
     nearest = [near for point in _corners(request) if (near := _nearest_stop(point.clearance)) is not None]
     stops = (min(nearest), max(nearest)) if nearest else None
-    return Asked(request.oscillator, _span(getattr(request, "statement", request), "omega"), stops)
+    # without forces a frequency is the unit of time alone
+    omega = _span(getattr(request, "statement", request), "omega") if request.oscillator.orders else None
+    return Asked(request.oscillator, omega, stops)
 
 
 def _corners(request: ProcessRequest) -> list[PlanePoint]:

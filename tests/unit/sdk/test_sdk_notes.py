@@ -546,3 +546,10 @@ def test_kernels_that_are_compiled_first_are_no_warning():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         warn_about([Note(code="compiles-first", detail="the first map compiles")])
+
+
+@pytest.mark.parametrize("omega", [0.55, 12.0, 333.0])
+def test_without_forces_a_frequency_is_compared_with_nothing(omega):
+    still = {"units": "SI", "masses": [100.0], "stiffnesses": [1e4], "damping": 0.001, "forcing": [0.0]}
+    body = {"oscillator": still, "omega": omega, "clearance": 0.1, "periods": 3, "initial": {"velocity": [1.0]}}
+    assert codes("trajectories", body) == []
