@@ -55,7 +55,7 @@ _MILLI = 1e3
 _SAMPLES = 5
 # A stop at less than so many times what the steady motion reaches may be met.
 _WITHIN_REACH = 2.0
-# A band above the resonances counts as so much less far from them where a stop there may be met.
+# A band above the resonances counts as so much less far from them where a stop there may be met, or none is known.
 _KNOWN = 0.75
 # The share of the largest amplitude below which the contact does not see a mode.
 _SEEN = 1e-3
@@ -150,9 +150,10 @@ def _sizes(asked: Asked) -> Iterator[tuple[str, Span]]:
     met = asked.stops is not None and asked.stops[0] < _WITHIN_REACH * farthest
     if len(natural):
         place = min((_place(band, float(mode)) for mode in natural), key=abs)
-        place *= _KNOWN if met and place > 0.0 else 1.0
+        place *= _KNOWN if (met or asked.stops is None) and place > 0.0 else 1.0
         yield "place", (place, place)
-    if not (math.isfinite(farthest) and moved > 0.0):
+    endless = len(within) > 0 and not np.any(ratios > 0.0)  # a resonance without damping has no size
+    if endless or not (math.isfinite(farthest) and moved > 0.0):
         return
     yield "amplitude", _decades(moved, moved)
     still = _amplitude_of_constant_forces(oscillator)
