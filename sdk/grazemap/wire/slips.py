@@ -12,6 +12,8 @@ import math
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from pydantic import ValidationError
+
 from grazemap.later import Later
 from grazemap.wire.linear import contact_equilibrium, grazing_clearance, matrices, resonant_amplitude
 from grazemap.wire.oscillator import Oscillator
@@ -51,6 +53,8 @@ _SUSPICIOUS, _SAVED, _EXPLAINED, _AS_GOOD = 1.3, 1.1, 1.0, 0.5
 # Of so many slips that are as good, each is told.
 _TOLD = 3
 _MILLI = 1e3
+# Requests may have sizes of any kind, whose products round to 0.
+_SMALLEST = 1e-300
 # Frequencies between the ends of a band at which the steady motion is looked at.
 _SAMPLES = 5
 # A stop at less than so many times what the steady motion reaches may be met.
@@ -99,8 +103,7 @@ def slips_in(asked: Asked) -> list[Slip]:
     cost = _cost(asked)
     if cost < _SUSPICIOUS:
         return []
-    undone = [(slip, slip.undone(asked)) for slip in SLIPS]
-    left = [(_cost(meant), slip) for slip, meant in undone if meant is not None]
+    left = [(_cost_of_undone(slip, asked), slip) for slip in SLIPS]
     explained = sorted((pair for pair in left if pair[0] < min(cost - _SAVED, _EXPLAINED)), key=lambda pair: pair[0])
     return [slip for cost, slip in explained if cost <= explained[0][0] + _AS_GOOD][:_TOLD]
 
@@ -125,6 +128,15 @@ def sizes_of(asked: Asked) -> str:
 def _cost(asked: Asked) -> float:
     """Return what the sizes of a request are outside of their ranges, squared and summed."""
     return sum(_outside(name, low, high) ** 2 for name, (low, high) in _sizes(asked))
+
+
+def _cost_of_undone(slip: Slip, asked: Asked) -> float:
+    """Return the cost of a request as it was meant; infinite where it is none, or has numbers that no request has."""
+    try:
+        meant = slip.undone(asked)
+        return math.inf if meant is None else _cost(meant)
+    except ValidationError:
+        return math.inf
 
 
 def _outside(name: str, low: float, high: float) -> float:
@@ -158,14 +170,18 @@ def _sizes(asked: Asked) -> Iterator[tuple[str, Span]]:
     yield "amplitude", _decades(moved, moved)
     still = _amplitude_of_constant_forces(oscillator)
     if still > 0.0 and not met:
-        yield "gain", _decades(moved / still, moved / still)
-    yield "acceleration", _decades(*(moved * omega**2 for omega in band))
+        gain = _decade(moved) - _decade(still)
+        yield "gain", (gain, gain)
+    low, high = _decades(*band)
+    yield "acceleration", (_decade(moved) + 2.0 * low, _decade(moved) + 2.0 * high)
     if asked.stops is not None:
         # a motion that starts elsewhere may meet a stop that the steady motion meets at a resonance only
         resonant = abs(contact_equilibrium(oscillator)) + resonant_amplitude(oscillator) if len(ratios) else 0.0
-        reach = math.sqrt(farthest * max(farthest, resonant)) if math.isfinite(resonant) else farthest
-        yield "near", _decades(*(stop / farthest for stop in asked.stops))
-        yield "far", _decades(*(stop / reach for stop in asked.stops))
+        there = _decade(farthest)
+        reach = 0.5 * (there + _decade(max(farthest, resonant))) if math.isfinite(resonant) else there
+        nearest, last = _decades(*asked.stops)
+        yield "near", (nearest - there, last - there)
+        yield "far", (nearest - reach, last - reach)
 
 
 def _amplitude_of_constant_forces(oscillator: Oscillator) -> float:
@@ -189,13 +205,18 @@ def _driven(oscillator: Oscillator, band: Span) -> Iterator[tuple[str, Span]]:
             yield "unbalance", _decades(*(eccentricity * force.harmonic * omega for omega in band))
 
 
+def _decade(size: float) -> float:
+    """Return the logarithm of a size; what is too small for a number has none but the smallest one."""
+    return math.log10(max(size, _SMALLEST))
+
+
 def _decades(low: float, high: float) -> Span:
-    return math.log10(low), math.log10(high)
+    return _decade(low), _decade(high)
 
 
 def _place(band: Span, natural: float) -> float:
     """Return how far the middle of a band is from a natural frequency, 0 if the band contains it."""
-    low, high = math.log10(band[0] / natural), math.log10(band[1] / natural)
+    low, high = (_decade(omega) - _decade(natural) for omega in band)
     return 0.0 if low <= 0.0 <= high else 0.5 * (low + high)
 
 

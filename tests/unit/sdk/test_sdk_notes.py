@@ -553,3 +553,21 @@ def test_without_forces_a_frequency_is_compared_with_nothing(omega):
     still = {"units": "SI", "masses": [100.0], "stiffnesses": [1e4], "damping": 0.001, "forcing": [0.0]}
     body = {"oscillator": still, "omega": omega, "clearance": 0.1, "periods": 3, "initial": {"velocity": [1.0]}}
     assert codes("trajectories", body) == []
+
+
+def test_no_size_of_a_machine_is_too_small_or_too_large_to_be_compared():
+    def any_size(random):
+        return 10.0 ** random.uniform(-60.0, 60.0)
+
+    random = np.random.default_rng(1)
+    for _ in range(300):
+        chain = {name: [any_size(random)] for name in ("masses", "stiffnesses", "damping")}
+        forcing = {"amplitude": [any_size(random)], "law": random.choice(["constant", "unbalance"])}
+        machine = {"units": "SI", **chain, "forcing": forcing}
+        body = {"oscillator": machine, "omega": any_size(random), "clearance": any_size(random), "periods": 3}
+        try:
+            request = parse_request("trajectories", body)
+        except ValueError:  # beyond what can be computed
+            continue
+        with np.errstate(all="ignore"):
+            assert all(note.detail for note in notes_on(request))
