@@ -28,6 +28,7 @@ from grazemap_core.grazing.one_impact_family import Pattern
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
 from grazemap_core.orbits.impact_sequences import ImpactSequence
+from grazemap_core.orbits.states import stable_beside
 from grazemap_core.orbits.tolerances import ORBIT_RESIDUAL
 from grazemap_core.records import dataclass
 
@@ -55,6 +56,9 @@ class BifurcationCurve(OrbitCurve):
     infinite, or a large number."""
     admissible: Booleans
     """(m,) There is no contact with a stop other than the impacts; the graze of a GR does not count."""
+    stable_beside: Booleans
+    """(m,) Whether the orbits on one side are stable: all multipliers but those of the type are inside the unit circle.
+    At a GR they are those of the orbit without the graze."""
 
 
 class BifurcationProblem(ContinuationProblem):
@@ -107,6 +111,22 @@ class BifurcationProblem(ContinuationProblem):
             ends = [self.condition(there + side * CURVE_DIFFERENCE * direction) for side in (1.0, -1.0)]
             gradient += (ends[0] - ends[1]) / (2.0 * CURVE_DIFFERENCE) * direction
         return self.condition(there), gradient
+
+    def multipliers_beside(self, orbit: ContinuationPoint) -> Complexes:
+        """Return the multipliers (2N,) of a special orbit; at a graze those of the orbit without it."""
+        if self.impact is None:
+            return orbit.multipliers
+        if self._without_graze is None:
+            return np.zeros(len(orbit.multipliers), dtype=np.complex128)  # the steady motion attracts: modes are damped
+        return self._without_graze.multipliers(
+            np.delete(orbit.unknowns, [self.impact, self.count + self.impact]),
+        )
+
+    @cached_property
+    def _without_graze(self) -> ContinuationProblem | None:
+        """The problem of the orbits without the graze; None where it is their only impact."""
+        assert self.impact is not None
+        return self.along_with(self.pattern, np.delete(self.sides, self.impact)) if self.count > 1 else None
 
     def _doubled_singular(self, unknowns: Floats) -> tuple[float, Floats]:
         """Return `_singular` of the matrix of perturbations that return with the opposite sign.
@@ -246,6 +266,7 @@ def bifurcation_curve(
         impact=impact,
         multipliers=np.array([orbit.multipliers for orbit in points]),
         admissible=np.array([_admissible(path, orbit) for orbit in points]),
+        stable_beside=stable_beside(point.type, np.array([path.multipliers_beside(orbit) for orbit in points])),
         ends=(beginning, end),
     )
 

@@ -290,13 +290,12 @@ class ContinuationProblem:
         assemble_doubled(problem, impacts, newton.before, system)
         doubling_test = eliminate(system, size)
         contact, excess, phase, stop = further_contact(problem, impacts, -math.inf, self._scratch.contact)
-        multipliers = multipliers_of(problem, impacts, newton.before)
         return ContinuationPoint(
             unknowns=unknowns,
             values=values,
             residual=residual,
             kantorovich=float(kantorovich),
-            multipliers=with_unseen(self._equations.forced(values, self.pattern), multipliers),
+            multipliers=self._multipliers(values, problem, impacts),
             fold_test=float(fold_test),
             doubling_test=float(doubling_test),
             contact=int(contact),
@@ -304,6 +303,16 @@ class ContinuationProblem:
             excess_phase=float(phase),
             excess_stop=int(stop),
         )
+
+    def multipliers(self, unknowns: Floats) -> Complexes:
+        """Return the multipliers (2N,) of a point."""
+        problem, impacts, _ = self._assemble(unknowns)
+        return self._multipliers(self.values(unknowns), problem, impacts)
+
+    def _multipliers(self, values: ParameterPoint, problem: OrbitProblem, impacts: OrbitImpacts) -> Complexes:
+        """Return the multipliers (2N,) of the impacts that were assembled last."""
+        multipliers = multipliers_of(problem, impacts, self._scratch.newton.before)
+        return with_unseen(self._equations.forced(values, self.pattern), multipliers)
 
     def _in_domain(self, values: ParameterPoint) -> bool:
         """Return whether Newton's method may try these values: the equations are analytic beyond the physical ones."""

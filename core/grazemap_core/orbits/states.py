@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.linalg.lapack import dggev
 
-from grazemap_core.arrays import Complexes, Floats
+from grazemap_core.arrays import Booleans, Complexes, Floats
 from grazemap_core.errors import ConditioningError
 from grazemap_core.grazing.one_impact_family import before_impulse
 from grazemap_core.model.equilibrium import equilibrium
@@ -58,6 +58,20 @@ def _blocks_at(forced: ForcedFamily, sequence: ImpactSequence, phase: float, per
             state[2 * j] += strength * (e11 * first + e12 * second)
             state[2 * j + 1] += strength * (e21 * first + e22 * second)
     return np.array(state)
+
+
+_CRITICAL = {"SN": 1, "PD": 1, "SB": 1, "NS": 2, "GR": 0}
+"""How many multipliers are on the unit circle where an orbit is special, by type."""
+
+
+def stable_beside(kind: str, multipliers: Complexes) -> Booleans:
+    """Return whether special orbits are stable on one side of their curve, (m,).
+
+    All multipliers (m, 2N) but those that are on the unit circle at such a point are inside of it.
+    """
+    moduli = np.abs(multipliers)
+    others = np.argsort(np.abs(moduli - 1.0), axis=1)[:, _CRITICAL[kind] :]
+    return np.asarray(np.all(np.take_along_axis(moduli, others, axis=1) < 1.0, axis=1))
 
 
 def multipliers_of(problem: OrbitProblem, impacts: OrbitImpacts, before: Floats) -> Complexes:

@@ -17,6 +17,9 @@ from grazemap.results import BifurcationCurve, BifurcationCurves
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+_THIN = 0.4
+"""Share of the width of a line where no motion beside it is stable."""
+
 
 @draws(BifurcationCurves)
 def plot_bifurcation_curves(result: BifurcationCurves, drawing: Drawing, admissible: bool) -> Axes:
@@ -44,25 +47,23 @@ def draw_bifurcation_curves(
 ) -> None:
     """Add the curves to axes: a colour for each type, a dash for each motion; curves of inadmissible motions are pale.
 
-    With `halo` the curves have a white rim, so that they are legible on colours.
+    A curve is thin where no motion beside it is stable: no trajectory changes there. With `halo` the
+    curves have a white rim, so that they are legible on colours.
     """
     together = results if isinstance(results, Sequence) else [results]
     shown = [curve for result in together for curve in result.curves if curve.admissible or not admissible]
     dashes = {motion: number for number, motion in enumerate(dict.fromkeys(curve.motion for curve in shown))}
     for curve in shown:
-        style = curve_style(curve.type, 1.0 if curve.symmetric else 1.6, halo)
-        across, up = smooth_line(_path(curve), curve.line).T
-        pen.plot(
-            across,
-            up,
-            linestyle=dash(dashes[curve.motion]),
-            alpha=1.0 if curve.admissible else 0.35,
-            zorder=3,
-            **style,
-        )
+        width = 1.0 if curve.symmetric else 1.6
+        line = {"linestyle": dash(dashes[curve.motion]), "alpha": 1.0 if curve.admissible else 0.35, "zorder": 3}
+        for shown_points, share in ((None, _THIN), (curve.stable_beside, 1.0)):
+            across, up = smooth_line(_path(curve), curve.line, shown_points).T
+            pen.plot(across, up, **line, **curve_style(curve.type, share * width, halo))
     only = f" of {label_text(next(iter(dashes)))}" if len(dashes) == 1 else ""
     for type in (name for name in BIFURCATIONS if any(curve.type == name for curve in shown)):
         pen.plot([], [], label=BIFURCATIONS[type][2] + only, **curve_style(type, 1.6, halo=False))
+    if not all(np.all(curve.stable_beside) for curve in shown):
+        pen.plot([], [], color=ANY_COLOUR, linewidth=_THIN * 1.6, label="thin: unstable on both sides")
     for motion, number in () if only else dashes.items():
         style = {"color": ANY_COLOUR, "linestyle": dash(number), "linewidth": 1.6}
         pen.plot([], [], label=f"of {label_text(motion)}", **style)

@@ -11,7 +11,7 @@ import numpy as np
 from grazemap.results.base import Result, counted
 from grazemap.results.common_records import BIFURCATIONS, Common
 from grazemap.results.pictures import PictureOptions, draw, picture
-from grazemap.results.record import FloatArray, Record, field
+from grazemap.results.record import BoolArray, FloatArray, Record, field
 from grazemap.wire import BifurcationCurvesRequest
 from grazemap.wire.planes import Plane
 
@@ -68,6 +68,11 @@ class BifurcationCurve(PlaneCurve):
     horizontal: FloatArray | None = field(PlaneCurve)
     vertical: FloatArray | None = field(PlaneCurve)
     impact_velocity: FloatArray = field("Lowest speed of the impacts, except of one that vanishes.", "point", "m/s")
+    stable_beside: BoolArray = field(
+        "Whether the motion is stable on one side of the curve: all multipliers but those of the type are inside the "
+        "unit circle. At a graze, the motion without the contact.",
+        "point",
+    )
     ends: tuple[str, ...] = field(PlaneCurve)
     of_motion: int | None = field("Position of the motion in `motions`.", when=_CONTINUED)
     impact: int | None = field("Index, from 0, of the impact that vanishes.", when="of grazes where an impact vanishes")

@@ -11,6 +11,7 @@ import pytest
 from grazemap_core.continuation.bifurcation_curves import BifurcationProblem, bifurcation_curve
 from grazemap_core.continuation.branches import orbit_branch
 from grazemap_core.grazing.grazing_curve import grazing_curve
+from grazemap_core.orbits.periodic_orbits import periodic_orbit
 from tests.oracles.closed_form import one_impact_branch
 from tests.support.orbits import in_window, orbit_on, random_chain, sixteen_impacts, start, tangent_flow, two_impacts
 from tests.support.oscillators import DEFAULT
@@ -95,6 +96,38 @@ def test_along_a_curve_of_grazes_the_orbit_without_the_graze_touches_a_stop():
             orbit = orbit_on(DEFAULT, curve, index)
             assert orbit.converged
             assert abs(orbit.excess) < 1e-10
+
+
+def test_a_curve_says_where_the_orbits_beside_it_are_stable():
+    verdicts = {kind: set() for kind in ("SB", "NS", "GR")}
+    for branch in (two_impacts(), sixteen_impacts()):
+        for point in branch.special_points:
+            if point.type not in verdicts:
+                continue
+            curve = bifurcation_curve(DEFAULT, point, (0.268, 0.272), (1.4, 1.9))
+            for index in range(1, len(curve.omega) - 1, 3):
+                verdict = bool(curve.stable_beside[index])
+                if curve.impact is not None:
+                    if len(curve.stops) > 1:
+                        assert orbit_on(DEFAULT, curve, index).stable == verdict
+                        verdicts["GR"].add(verdict)
+                    continue
+                along = [values[index + 1] - values[index - 1] for values in (curve.omega, curve.clearance)]
+                across = 2e-4 * np.array([-along[1], along[0] * 1e-2]) / np.hypot(along[1], 10.0 * along[0])
+                sides = [_beside(curve, index, sign * across) for sign in (1.0, -1.0)]
+                assert all(orbit.converged for orbit in sides)
+                assert [orbit.stable for orbit in sides].count(True) == int(verdict)
+                verdicts[curve.type].add(verdict)
+    assert verdicts["GR"] == {True, False}
+    assert True in verdicts["SB"] | verdicts["NS"]
+    assert False in verdicts["SB"] | verdicts["NS"]
+
+
+def _beside(curve, index, move):
+    impacts = orbit_on(DEFAULT, curve, index).impacts
+    return periodic_orbit(
+        DEFAULT, float(curve.omega[index] + move[0]), float(curve.clearance[index] + move[1]), impacts
+    )
 
 
 @pytest.mark.parametrize(

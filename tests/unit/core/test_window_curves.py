@@ -5,9 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from grazemap_core.contact.stops import stops_between
 from grazemap_core.grazing.codimension_two import codimension_two_points
+from grazemap_core.grazing.grazing_curve import grazing_curve
+from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.orbits.periodic_orbits import periodic_orbit
+from grazemap_core.orbits.single_impact.orbits import one_impact_sequences
 from grazemap_core.orbits.single_impact.window_curves import window_curves
 from tests.oracles.closed_form import one_impact_branch
+from tests.support.orbits import random_chain
 from tests.support.oscillators import DEFAULT
 from tests.support.refused import refused
 
@@ -32,6 +38,35 @@ def test_pieces_lie_inside_the_window_and_on_the_closed_forms(pieces):
         assert piece.impact_velocity[middle] == pytest.approx(point.impact_velocity, abs=1e-12)
         assert piece.admissible is point.admissible
         assert piece.stop == (point.stop or 0)
+
+
+def test_pieces_say_where_a_motion_beside_them_is_stable():
+    verdicts = set()
+    for oscillator in (DEFAULT, random_chain(np.random.default_rng(2), 2, True, 0.7)):
+        steady = grazing_curve(oscillator, [0.28]).clearance[0]
+        for piece in window_curves(oscillator, (0.26, 0.30), (0.5 * steady, 1.5 * steady), 3, 40):
+            if piece.type == "GR":
+                continue
+            for index in np.flatnonzero(piece.impact_velocity > 0.1 * piece.impact_velocity.max())[::5].tolist():
+                omega, gap = float(piece.omega[index]), float(piece.value[index])
+                sides = [orbits_near(oscillator, omega, gap * (1.0 + side), piece, index) for side in (1e-8, -1e-8)]
+                assert sorted(map(len, sides)) == ([0, 2] if piece.type == "SN" else [1, 1])
+                stable = [orbit.stable for orbits in sides for orbit in orbits]
+                assert stable.count(True) == int(piece.stable_beside[index])
+                verdicts.add(bool(piece.stable_beside[index]))
+    assert verdicts == {True, False}
+
+
+def orbits_near(oscillator, omega, gap, piece, index):
+    """The orbits of the motion of a piece whose impacts have nearly the speed at one of its points."""
+    forced = OrbitFamily.of(oscillator, piece.period, piece.symmetric).at(omega)
+    stops = stops_between(oscillator, gap, forced.steady_size)
+    near = [
+        sequence
+        for sequence in one_impact_sequences(forced, stops, 1)
+        if abs(sequence.velocities[0] / piece.impact_velocity[index] - 1.0) < 0.05
+    ]
+    return [periodic_orbit(oscillator, omega, gap, sequence) for sequence in near]
 
 
 def test_curves_leave_the_grazing_curve_at_its_resonant_points(pieces):

@@ -146,6 +146,7 @@ def _closed_form(request: BifurcationCurvesRequest) -> list[Document]:
             **fields(piece, "type", "period", "impacts_right", "impacts_left", "symmetric", "admissible", "stop"),
             **dict(zip(axis_fields, (piece.omega, piece.value), strict=True)),
             impact_velocity=piece.impact_velocity,
+            stable_beside=piece.stable_beside,
             motion=motion_label(piece.period, piece.impacts_right, piece.impacts_left),
             ends=list(piece.ends),
         )
@@ -255,6 +256,7 @@ def _pieces(
             **{axis_fields[0]: curve.horizontal[members], axis_fields[1]: curve.vertical[members]},
             **{name: finite(curve.values_of(name)[members]) for name in gap_names},
             impact_velocity=min_speeds[members],
+            stable_beside=curve.stable_beside[members],
             ends=[ends[0] if position == 0 else "admissible", ends[1] if position == len(runs) - 1 else "admissible"],
             of_motion=motion_index,
             impact=impact,

@@ -1,4 +1,4 @@
-"""Further contacts of orbits with one impact in a span, which are functions of the phase of that impact.
+"""Further contacts and multipliers of orbits with one impact in a span: functions of the phase of that impact.
 
 The speed of the impact and the gap of its stop are trigonometric polynomials of the phase (`single_impact.orbits`),
 so an orbit is decided by `admissibility` without being solved for.
@@ -21,7 +21,9 @@ from grazemap_core.orbits.kernels.admissibility import (
     excess_after_first_impact,
     further_contact,
 )
-from grazemap_core.orbits.kernels.equations import OrbitImpacts, OrbitProblem, sum_of_harmonics
+from grazemap_core.orbits.kernels.equations import OrbitImpacts, OrbitProblem, assemble, sum_of_harmonics
+from grazemap_core.orbits.kernels.multipliers import orbit_multipliers
+from grazemap_core.orbits.kernels.newton import NewtonScratch
 from grazemap_core.orbits.tolerances import MAXIMUM_ACCURACY, ORBIT_FLOOR, PHASE_HALVINGS, STEPS_TO_ADMISSIBLE
 from grazemap_core.records import NamedTuple
 
@@ -147,6 +149,29 @@ def _contact_at(
         if pressing > 0.0:
             status = plain(MEETS)
     return status, excess, touched, place
+
+
+@kernel
+def multipliers_at(
+    motions: OneImpactMotions,
+    phases: Floats,
+    rows: Integers,
+    real: Floats,
+    imaginary: Floats,
+    newton: NewtonScratch,
+    matrix: Floats,
+    scratch: MotionScratch,
+) -> None:
+    """Write the multipliers of the orbits at phases (p,) and the frequencies `rows` (p,), as `orbit_multipliers`.
+
+    `real` and `imaginary` are (p, 2N); `newton`, of one impact, and `matrix` (2N, 2N) are scratch.
+    """
+    motions, scratch, newton = reference(motions), reference(scratch), reference(newton)
+    for i in range(rows.shape[0]):
+        problem = reference(_equations_at(motions, rows[i]))
+        impacts = _impact_at(motions, problem, rows[i], phases[i], scratch)
+        assemble(problem, impacts, newton.residual, newton.jacobian, newton.before)
+        orbit_multipliers(problem, impacts, newton.before, matrix, real[i], imaginary[i])
 
 
 @kernel

@@ -32,12 +32,15 @@ class OneImpactCurve:
     """(n,) Round-off hides whether it has one; `admissible` is False then."""
     stop: Integers
     """(n,) GR only, else 0: the stop of the further contact, +1 right or -1 left."""
+    phase: Floats
+    """(n,) Phase of the impact; NaN, too, where the steady motion touches a stop."""
 
     @classmethod
     def of_grazes(cls, clearance: Floats, admissible: Booleans, stop: int) -> OneImpactCurve:
         """Return the curve on which the steady motion touches a stop."""
         size = len(clearance)
-        return cls(clearance, np.zeros(size), admissible, np.zeros(size, dtype=np.bool_), np.full(size, stop))
+        undecided, phase = np.zeros(size, dtype=np.bool_), np.full(size, np.nan)
+        return cls(clearance, np.zeros(size), admissible, undecided, np.full(size, stop), phase)
 
     def moved(self, offset: float) -> OneImpactCurve:
         """Return the curve with clearances that are larger by an offset."""
@@ -109,9 +112,9 @@ def joined(points: Sequence[SpecialOrbit], frame: Floats) -> list[OneImpactCurve
 def _curve(points: dict[int, SpecialOrbit], size: int) -> OneImpactCurve:
     places = list(points)
 
-    def filled(values: list[float]) -> Floats:
+    def filled(name: str) -> Floats:
         whole = np.full(size, np.nan)
-        whole[places] = values
+        whole[places] = [getattr(orbit, name) for orbit in points.values()]
         return whole
 
     admissible, undecided = np.zeros(size, dtype=np.bool_), np.zeros(size, dtype=np.bool_)
@@ -119,8 +122,7 @@ def _curve(points: dict[int, SpecialOrbit], size: int) -> OneImpactCurve:
     undecided[places] = [orbit.admissible is None for orbit in points.values()]
     stop = np.zeros(size, dtype=np.int64)
     stop[places] = [orbit.stop for orbit in points.values()]
-    gaps, speeds = ([getattr(orbit, name) for orbit in points.values()] for name in ("gap", "speed"))
-    return OneImpactCurve(filled(gaps), filled(speeds), admissible, undecided, stop)
+    return OneImpactCurve(filled("gap"), filled("speed"), admissible, undecided, stop, filled("phase"))
 
 
 def _angle(difference: float) -> float:

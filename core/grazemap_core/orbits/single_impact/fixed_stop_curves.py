@@ -40,6 +40,8 @@ class FrequencyLine:
     """GR only, else 0: the fixed stop."""
     reach: float
     """Clearance of the other stop above which it is not touched."""
+    stable_beside: bool
+    """Whether the motion is stable on one side."""
 
     def moved(self, offset: float) -> FrequencyLine:
         """Return the line with `reach` changed from a gap to a clearance."""
@@ -61,9 +63,10 @@ def lines(motions: StopMotions, gap: float) -> Iterator[FrequencyLine]:
                 solution = _between(motions, kind, gap, *ends)
                 if solution is not None:
                     here, orbit = solution
-                    reach = float(here.reach(Places.of(orbit.phase))[0])
+                    at = Places.of(orbit.phase)
+                    reach, stable = float(here.reach(at)[0]), bool(here.are_stable_beside(kind, at)[0])
                     place = float(here.orbits.omega[0])
-                    yield FrequencyLine(kind, place, orbit.speed, bool(orbit.admissible), orbit.stop, reach)
+                    yield FrequencyLine(kind, place, orbit.speed, bool(orbit.admissible), orbit.stop, reach, stable)
 
 
 def _between(
@@ -136,4 +139,4 @@ def graze_lines(oscillator: Oscillator, omega: Floats, varied: VariedStop) -> It
         assert place is not None  # the signs at the ends differ
         reach = steady_motion(oscillator, np.array([place])).toward(varied.stop).amplitude[0]
         reach += varied.stop * contact_equilibrium(oscillator)
-        yield FrequencyLine("GR", place, 0.0, True, -varied.stop, float(reach))
+        yield FrequencyLine("GR", place, 0.0, True, -varied.stop, float(reach), stable_beside=True)

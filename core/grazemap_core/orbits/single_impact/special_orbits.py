@@ -21,6 +21,7 @@ from grazemap_core.grazing.kernels.periodic_impulses import ADMISSIBLE, NEVER, c
 from grazemap_core.orbits.family import ForcedFamily, OrbitFamily
 from grazemap_core.orbits.kernels.admissibility import GIVEN_UP, NO_FURTHER_CONTACT, TOUCHES, contact_scratch
 from grazemap_core.orbits.kernels.harmonics import within_turn
+from grazemap_core.orbits.kernels.newton import newton_scratch
 from grazemap_core.orbits.kernels.one_impact_contacts import (
     Contacts,
     MotionScratch,
@@ -29,9 +30,11 @@ from grazemap_core.orbits.kernels.one_impact_contacts import (
     contacts_at,
     contacts_begin,
     first_admissible,
+    multipliers_at,
 )
 from grazemap_core.orbits.single_impact.harmonics import Harmonics, Places
 from grazemap_core.orbits.single_impact.orbits import OneImpactOrbits
+from grazemap_core.orbits.states import stable_beside
 from grazemap_core.orbits.tolerances import GRAZE_OFFSET, GRAZE_PHASES, ORBIT_FLOOR
 from grazemap_core.records import NamedTuple
 
@@ -190,6 +193,13 @@ class StopMotions:
         toward_other = self._motions._replace(struck=ABSENT, other=StopGap(0.0))
         contacts_at(toward_other, *places, -math.inf, contacts, self._scratch)
         return np.asarray(contacts.excess * self._length[places.rows])
+
+    def are_stable_beside(self, kind: str, places: Places) -> Booleans:
+        """Return `stable_beside` for special orbits of a type at phases (p,)."""
+        count, size = len(places.phases), 2 * len(self.family.response.decay)
+        real, imaginary, matrix = np.empty((count, size)), np.empty((count, size)), np.empty((size, size))
+        multipliers_at(self._motions, *places, real, imaginary, newton_scratch(1), matrix, self._scratch)
+        return stable_beside(kind, real + 1j * imaginary)
 
     def orbits_at(self, places: Places) -> list[SpecialOrbit]:
         """Return the orbits at phases (p,). Raises as `contacts`."""

@@ -31,6 +31,7 @@ from grazemap_core.orbits.single_impact.fixed_stop_curves import (
     lines,
     varied_graze,
 )
+from grazemap_core.orbits.single_impact.harmonics import Places
 from grazemap_core.orbits.single_impact.special_orbits import ABSENT, ALIKE, StopMotions
 from grazemap_core.orbits.tolerances import NEXT_STEP
 from grazemap_core.records import dataclass
@@ -66,6 +67,8 @@ class CurvePiece:
     """(m,) Values of the parameter that varies."""
     impact_velocity: Floats
     """(m,) Speeds before an impact; 0 on the grazing curves of the steady motion."""
+    stable_beside: Booleans
+    """(m,) Whether the motion is stable on one side: all multipliers but the type's are inside the unit circle."""
     ends: tuple[str, str]
     """For either end "window", "grazing" (the curve leaves the grazing curve there), "admissible" (another piece
     continues the curve there), "undecided" (round-off hides whether the next orbit is admissible), or "none" (there are
@@ -195,7 +198,7 @@ def _between_others(
             for line in lines(motions, gap):
                 yield from _of_line(line.moved(-stop * place), window, motion)
             for curve in contacts_with_varied(motions, gap):
-                yield from _pieces("GR", curve.moved(-stop * place), window, motion)
+                yield from _pieces("GR", curve.moved(-stop * place), window, motion, motions)
 
 
 def _explicit_pieces(
@@ -204,7 +207,7 @@ def _explicit_pieces(
     """Yield the pieces of the curves of special orbits, from the orbits at the frequencies of a window."""
     for kind, curves in explicit_curves(motions).items():
         for curve in curves:
-            yield from _pieces(kind, _over(curve, gaps), window, motion)
+            yield from _pieces(kind, _over(curve, gaps), window, motion, motions)
 
 
 def _stops(varied: CurveParameter) -> tuple[int, ...]:
@@ -248,11 +251,16 @@ def _graze(oscillator: Oscillator, window: _Window, varied: VariedFactor, stop: 
     return _over(OneImpactCurve.of_grazes(gap, admissible, stop), gaps)
 
 
-def _pieces(kind: str, curve: OneImpactCurve, window: _Window, motion: _PieceMotion) -> Iterator[CurvePiece]:
+def _pieces(
+    kind: str, curve: OneImpactCurve, window: _Window, motion: _PieceMotion, motions: StopMotions | None = None
+) -> Iterator[CurvePiece]:
+    """Yield the pieces of a curve of some motions; of the steady motion, which attracts, without them."""
     for members in _runs(window.contains(curve.clearance) & ~curve.undecided, curve.admissible, curve.stop):
         if len(members) < 2:
             continue
         first, last = int(members[0]), int(members[-1])
+        places = Places(curve.phase[members], members)
+        stable = np.ones(len(members), dtype=np.bool_) if motions is None else motions.are_stable_beside(kind, places)
         yield CurvePiece(
             type=kind,
             period=motion.period,
@@ -264,6 +272,7 @@ def _pieces(kind: str, curve: OneImpactCurve, window: _Window, motion: _PieceMot
             omega=window.omega[members],
             value=curve.clearance[members],
             impact_velocity=curve.impact_velocity[members],
+            stable_beside=stable,
             ends=(_end(curve, window, first, -1), _end(curve, window, last, 1)),
         )
 
@@ -288,6 +297,7 @@ def _of_line(line: FrequencyLine, window: _Window, motion: _PieceMotion) -> Iter
                 omega=np.full(2, line.omega),
                 value=np.array([low, high]),
                 impact_velocity=np.full(2, line.speed),
+                stable_beside=np.full(2, line.stable_beside),
                 ends=ends,
             )
 

@@ -34,15 +34,22 @@ const leavesGraze = ({ horizontal, vertical }) =>
 
 const named = ({ type, motion }) => `${type}, ${NAMES[type]} of ${motion}`;
 
-// How a piece of a bifurcation curve is drawn.
-export const lineOf = ({ admissible, ...curve }, palette) => ({
-  x: curve.omega ?? curve.horizontal,
-  y: curve.clearance ?? curve.clearance_right ?? curve.clearance_left ?? curve.vertical,
-  type: curve.type,
-  colour: palette.bifurcations[curve.type],
-  dashed: !admissible,
-  text: `${named(curve)}${admissible ? "" : ", where its orbits are not admissible"}`,
-});
+// How a piece of a bifurcation curve is drawn: thin where no motion beside it is stable.
+export function linesOf({ admissible, stable_beside: stable, ...curve }, palette) {
+  const whole = {
+    x: curve.omega ?? curve.horizontal,
+    y: curve.clearance ?? curve.clearance_right ?? curve.clearance_left ?? curve.vertical,
+    type: curve.type,
+    colour: palette.bifurcations[curve.type],
+    dashed: !admissible,
+    text: `${named(curve)}${admissible ? "" : ", where its orbits are not admissible"}`,
+  };
+  const where = (isDrawn) => whole.y.map((value, k) => (isDrawn(k) ? value : null));
+  const ends = { ...whole, y: where((k) => stable[k]) };
+  const y = where((k) => [k - 1, k, k + 1].some((near) => stable[near] === false)); // as far as the other line begins
+  const unstable = { ...whole, y, thin: true, text: `${whole.text}; the motion is unstable on both sides` };
+  return [...(stable.includes(false) ? [unstable] : []), ...(stable.includes(true) ? [ends] : [])];
+}
 
 // Why two motions meet at a border.
 function explained({ explanation, explanations, reason, reasons, curve, curves }, k) {
@@ -173,7 +180,7 @@ export class Curves {
       for (const x of crossings(beside.omega, beside.clearance_left, this.left))
         lines.push({ x: [x, x], y: this.up, colour: ink, text });
     }
-    return [...lines, ...(this.answer("bifurcations")?.curves ?? []).map((piece) => lineOf(piece, this.palette))];
+    return [...lines, ...(this.answer("bifurcations")?.curves ?? []).flatMap((piece) => linesOf(piece, this.palette))];
   }
 
   // The borders of the regions, those of one explanation as one line, and the curves that explain them.

@@ -1,6 +1,6 @@
 // What can be asked about the motion of an open point: its basins of attraction, its branch and its bifurcation curves.
 import { chart, extent } from "./charts.js";
-import { lineOf } from "./curves.js";
+import { linesOf } from "./curves.js";
 import { byId, element, swatch } from "./dom.js";
 import { percent } from "./layers.js";
 import { parameter } from "./parameters.js";
@@ -127,7 +127,7 @@ export async function showBranch(panel) {
 export async function showCurves(panel) {
   const { machine, plane, at, x, y } = panel.state;
   const data = await panel.compute("bifurcation-curves", requests.curvesOf(machine, plane, at, panel.orbit, { x, y }));
-  const lines = data.curves.map((piece) => lineOf(piece, panel.colours.palette));
+  const lines = data.curves.flatMap((piece) => linesOf(piece, panel.colours.palette));
   const reason = data.motions?.[0]?.reason;
   byId("own-curves").textContent =
     reason ??

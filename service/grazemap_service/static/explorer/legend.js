@@ -27,6 +27,10 @@ export class Legend {
         item: item("Dashed: no motion follows it, as its orbits are not admissible."),
       },
       {
+        isSeen: ({ thin, type }) => thin && type,
+        item: item("Thin: the motion is unstable on both sides."),
+      },
+      {
         isSeen: ({ shape }) => shape === "circle",
         item: item(
           element("span", {}, "Circles: half periods after which the graze recurs: ", ...orders.flatMap(numbered)),
