@@ -73,6 +73,7 @@ def test_the_wheel_is_complete_and_a_foreign_file_in_it_is_named(files: list[Pat
         release_check.check_wheel(changed)
 
 
+@pytest.mark.thorough  # as `make release-check` does
 def test_the_source_distribution_builds_the_same_wheel(files: list[Path], tmp_path: Path) -> None:
     wheel, sdist = files
     release_check.check_rebuilt(sdist, wheel)
