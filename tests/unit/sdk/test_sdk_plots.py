@@ -125,13 +125,18 @@ def test_an_adaptive_map_shows_what_was_computed():
     assert legend(umap.plot()) == legend(result_of("unfolding-maps").plot())
 
 
+def strokes_of(ax):
+    """Return the lines of strokes of a picture, without their sample in the legend."""
+    return [line for line in ax.lines if isinstance(line.get_marker(), list) and len(line.get_xdata())]
+
+
 @pytest.mark.parametrize("process", ["unfolding-maps", "basins"])
 def test_sensitive_points_are_hatched_and_their_share_is_in_the_legend(process):
     sensitive = np.array([[False, True, False], [False, False, True]])
     result = result_of(process, {"sensitive": sensitive})
     ax = result.plot()
     assert legend(ax)[-1] == "sensitive (33.3%)"
-    (strokes,) = (line for line in ax.lines if line.get_label() == legend(ax)[-1])
+    (strokes,) = strokes_of(ax)
     x, y = (result.omega, result.clearance) if process == "unfolding-maps" else (result.horizontal, result.vertical)
     np.testing.assert_array_equal(strokes.get_xydata(), [(x[1], y[0]), (x[2], y[1])])
     assert not any("sensitive" in entry for entry in legend(result_of(process).plot()))
@@ -142,11 +147,29 @@ def test_many_sensitive_points_have_a_stroke_a_block_and_single_ones_their_own()
     sensitive[:12, :16] = True
     sensitive[31, 2] = True
     sensitive[[24, 27], [56, 59]] = True
-    rows, columns = one_in_each_block(sensitive, 4, 8)
+    rows, columns, shares = one_in_each_block(sensitive, 4, 8)
     points = list(zip(rows.tolist(), columns.tolist(), strict=True))
     assert {(31, 2), (27, 59)} < set(points)
     assert sensitive[rows, columns].all()
     assert len({(row // 4, column // 8) for row, column in points}) == len(points) == 3 * 2 + 2
+    assert sorted(shares.tolist()) == [1 / 32, 2 / 32, *[1.0] * 6]
+
+
+def test_a_single_sensitive_point_of_a_dense_map_is_not_drawn_as_an_area():
+    umap = map_of([(1, 1, 1)], shape=(400, 600))
+    sensitive = np.zeros(umap.kind.shape, np.bool_)
+    sensitive[:100, :100] = True
+    sensitive[300, 500] = True
+    ax = replace(umap, sensitive=sensitive).plot()
+    longest = {
+        place: max(line.get_markersize() for line in strokes_of(ax) if np.any(inside(line.get_xdata())))
+        for place, inside in (
+            ("area", lambda x: x < umap.omega[90]),
+            ("alone", lambda x: x == umap.omega[500]),
+        )
+    }
+    assert longest["alone"] <= 0.5 * longest["area"]
+    assert sum(len(line.get_xdata()) for line in strokes_of(ax) if np.any(line.get_xdata() == umap.omega[500])) == 1
 
 
 def test_a_large_map_is_drawn_as_an_image_with_its_regions_named(monkeypatch):
