@@ -1,11 +1,12 @@
 """Numbers with units in Python, as on the command line: Hz, rpm and mm become rad/s and m before anything is sent."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from grazemap import errors
+from grazemap import errors, load
 from grazemap.client.process_methods import METHODS
 from grazemap.units import in_si, shown_in
 from grazemap.wire import Oscillator
@@ -109,10 +110,42 @@ def test_a_result_has_its_units_in_pictures_and_tables_and_keeps_its_arrays(tmp_
     assert ax.get_xlim() == pytest.approx([end * 60.0 / HERTZ for end in result.plot().get_xlim()])
     head, _ = shown.save(tmp_path / "curve.csv").read_text().split("\n", 1)
     assert head.startswith("omega (rpm),clearance (mm),")
-    assert shown.save(tmp_path / "shown.npz").read_bytes() == result.save(tmp_path / "si.npz").read_bytes()
     assert shown.in_units("Hz").shown_units == ("Hz", "mm")
     assert shown.in_units("rad/s", "m").shown_units == ()
     assert shown.plot(engineering_units=True).get_xlabel().endswith("(Hz)")
+
+
+@pytest.mark.parametrize("ending", ["npz", "json"])
+@pytest.mark.parametrize("sample", ["grazing-curves", "unfolding-diagrams", sdk_documents.MANY])
+def test_a_file_of_a_result_keeps_its_units_beside_its_arrays(ending, sample, tmp_path):
+    result = sdk_documents.in_si(sample)
+    shown = result.in_units("rpm", "mm")
+    again = load(shown.save(tmp_path / f"shown.{ending}"))
+    assert again.shown_units == ("rpm", "mm")
+    assert again.plot(labels=True) is not None
+    assert again.meta == result.meta
+    assert again.save(tmp_path / f"again.{ending}").read_bytes() == (tmp_path / f"shown.{ending}").read_bytes()
+    plain = load(result.save(tmp_path / f"si.{ending}"))
+    assert plain.shown_units == ()
+    in_si = again.in_units("rad/s", "m").save(tmp_path / f"in_si.{ending}")
+    assert in_si.read_bytes() == (tmp_path / f"si.{ending}").read_bytes()
+
+
+def test_a_reloaded_result_has_the_same_pictures_and_tables(tmp_path):
+    shown = sdk_documents.in_si("grazing-curves").in_units("rpm", "mm")
+    again = load(shown.save(tmp_path / "shown.npz"))
+    assert again.to_dataframe().equals(shown.to_dataframe())
+    assert again.to_dataframe().attrs == shown.to_dataframe().attrs
+    assert again.plot().get_xlim() == shown.plot().get_xlim()
+    assert again.plot().get_xlabel() == shown.plot().get_xlabel()
+
+
+@pytest.mark.parametrize("units", ["Hz", ["furlong"], [1], 5, [["Hz"]]])
+def test_a_file_with_units_that_no_result_has_is_no_result(units, tmp_path):
+    result = sdk_documents.in_si("grazing-curves")
+    path = replace(result, meta={**result.meta, "shown_units": units}).save(tmp_path / "x.json")
+    with pytest.raises(errors.ResultFormatError):
+        load(path)
 
 
 def test_the_parts_of_a_result_have_its_units():
