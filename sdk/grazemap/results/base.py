@@ -65,13 +65,14 @@ def quantities(values: Any, name: str, units: str) -> NDArray[np.float64]:
     """
     listed = values.tolist() if isinstance(values, np.ndarray) and values.dtype.kind not in "iuf" else values
     refused: list[Refused] = []
-    numbers = in_si(listed, units, refused, name)
+    kind = name.partition("[")[0]  # of "masses[1]"
+    numbers = in_si(listed, units, refused, kind)
     if refused:
         raise ValueError(f"{name}: {refused[0].detail} (allowed: {refused[0].allowed})")
     try:
         return np.asarray(numbers, dtype=np.float64)
     except (TypeError, ValueError):
-        with_unit = f', or in SI numbers with a unit, as "{example(name)}"' if name in UNITS else ""
+        with_unit = f', or in SI numbers with a unit, as "{example(kind)}"' if kind in UNITS else ""
         raise ValueError(f"{name}: {values!r} is no number (allowed: numbers{with_unit})") from None
 
 
@@ -142,8 +143,8 @@ class Result(Record):
         Parameters
         ----------
         units
-            "Hz", "rpm" or "rad/s" for frequencies, "mm" or "m" for lengths. A quantity without a unit here keeps its
-            own. No unit at all: the result itself.
+            Those of requests: "Hz", "rpm" or "rad/s" for frequencies, "mm" or "m" for lengths, "g" for masses. A
+            quantity without a unit here keeps its own. No unit at all: the result itself.
 
         Raises
         ------
