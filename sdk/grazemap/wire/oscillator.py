@@ -107,15 +107,11 @@ class Oscillator(Request):
             units = fields.get("units", "nondimensional")
             converted = in_si({OSCILLATOR: fields}, units, refused)[OSCILLATOR]
             if refused:
-                details = [
-                    {
-                        "type": invalid(entry.detail, entry.allowed),
-                        "loc": tuple(entry.pointer.split("/")[2:]),
-                        "input": None,
-                    }
-                    for entry in refused
+                errors = [
+                    {"type": invalid(detail, allowed), "loc": tuple(pointer.split("/")[2:]), "input": None}
+                    for pointer, detail, allowed in refused
                 ]
-                raise ValidationError.from_exception_data(type(self).__name__, details, hide_input=True)
+                raise ValidationError.from_exception_data(type(self).__name__, errors, hide_input=True)
             super().__init__(**converted)
 
         # Texts with a unit are for Python: pydantic does not call this for the oscillator in a body.
