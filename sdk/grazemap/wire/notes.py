@@ -156,8 +156,10 @@ def _damping(oscillator: Oscillator, is_ratio: bool) -> Iterator[Note]:
         detail = f"{strong} of {len(ratios)} modes do not oscillate{largest}: {what}; {gamma}"
         yield Note(code="strong-damping", detail=detail)
     elif is_ratio:
-        detail = f"the damping ratio of the first mode is {ratios[0]:.2g}, not {np.mean(oscillator.damping):.2g}: {what}; {gamma}"
-        yield Note(code="weak-damping", detail=detail)
+        given = np.max(oscillator.damping)
+        meant = f"the damping ratio of the first mode is {ratios[0]:.2g}, and {given:.2g} was probably meant as it"
+        code = "weak-damping" if ratios[0] < given else "strong-damping"
+        yield Note(code=code, detail=f"{meant}: {what}; {gamma}")
 
 
 def _period(request: ProcessRequest) -> Iterator[Note]:

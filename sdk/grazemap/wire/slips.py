@@ -1,8 +1,8 @@
 """Numbers in SI that were probably meant in other units.
 
 The numbers of a request fit together: the frequencies asked for lie near natural ones, modes are damped by some per
-cent, the stops are of the order of the amplitude, and the contact moves as machines do. How usual each of these sizes
-is makes a request more or less likely. Each slip is undone in turn, and told where that makes the request much likelier.
+cent, the stops are of the order of the amplitude, and the contact moves as machines do. How usual its sizes are makes a
+request more or less likely. Each slip is undone in turn, and told where that makes the request much likelier.
 """
 
 from __future__ import annotations
@@ -27,41 +27,38 @@ Span = tuple[float, float]
 
 # For each size, in decades: the range in which most machines have it, and the standard deviation outside of it.
 _SIZES: dict[str, tuple[float, float, float]] = {
-    # a band of frequencies over a natural frequency, and over the highest one if it is above it: up to three times
+    # a band of frequencies over a natural frequency; over the highest one if it is above it: up to twice
     "place": (-0.1, 0.1, 0.15),
-    "above": (0.0, 0.5, 0.15),
-    # rad/s of the lowest mode: a hertz to 160
-    "lowest": (0.8, 3.0, 0.5),
-    # damping ratio of the lowest mode, between that of a metal part and of a bolted structure; and the largest ratio,
-    # as modes of a model that do not oscillate are left out of it
+    "above": (0.0, 0.3, 0.2),
+    # damping ratio of the lowest mode: from a metal part to a bolted structure
     "damping": (-2.5, -1.3, 0.4),
+    # the largest damping ratio: a model leaves out what does not oscillate
     "strongest": (-math.inf, -0.3, 0.2),
-    # nearest stop over how far the contact goes: impacts are asked about, some of them hard
-    "stop": (-1.3, 0.0, 0.5),
-    # metres: 30 micrometres, a fit with play, to a centimetre
-    "clearance": (-4.5, -2.0, 0.6),
-    # metres: 0.1 mm to 30 mm
+    # nearest stop over how far the contact goes without it: impacts are asked about, and some are hard
+    "stop": (-1.3, 0.0, 0.7),
+    # metres: from a fit of 30 micrometres to a gap of 30 mm
+    "clearance": (-4.5, -1.5, 0.8),
+    # metres up to 30 mm, and m/s^2 from a tenth of the earth's to a hundred times it
     "amplitude": (-4.0, -1.5, 0.8),
-    # m/s^2 of the contact: a tenth of the earth's to a hundred times it
     "acceleration": (0.0, 3.0, 0.7),
-    # m/s^2 of a base: what a vehicle has on a good road to three times the earth's
+    # m/s^2 of a base: from a smooth road to three times the earth's
     "shaking": (-0.5, 1.5, 0.4),
-    # m/s of an eccentric mass about its axis, the grade of its balance: G 0.1 to G 30
+    # m/s of an eccentric mass about its axis: from 0.1 to 30 mm/s, the grades of balance of most rotors
     "unbalance": (-4.0, -1.5, 0.4),
 }
 # The share of requests in which a size is any.
 _ODD = math.exp(-5.0)
-# What it costs to ask about frequencies above all resonances instead of one: few machines run there.
-_ABOVE = 2.0
-# Springs that are unlike hardly have dampers that are alike, but often damping ratios that are.
+# One of so many requests is about frequencies above all resonances: few machines run there.
+_ABOVE = 5.0
+# The slowest mode is asked about so much less often than the one in which the contact is fastest.
+_SLOWEST = 0.1
+# What it costs that springs that are unlike have dampers that are alike; damping ratios often are.
 _COINCIDENCE = 2.5
-# Of modes the share of the speed of the fastest one below which one is asked about no less often.
-_SLOWEST = 0.05
-# A slip is told where its undoing makes a request ten times likelier, and one that is not twenty times less likely than
-# the best of them; at most so many.
-_LIKELIER, _AS_GOOD, _TOLD = math.log(10.0), math.log(20.0), 3
-# The cost of what no machine in SI has.
-_UNLIKELY = 6.0
+# A slip is told that makes a request seven times likelier where it is undone, and not twenty times less likely than the
+# best one does; at most so many.
+_LIKELIER, _AS_GOOD, _TOLD = math.log(7.0), math.log(20.0), 3
+# Where a request costs more, its numbers are hardly in SI.
+_UNLIKELY = 4.0
 _MILLI = 1e3
 # Requests may have sizes of any kind, whose products round to 0.
 _SMALLEST = 1e-300
@@ -102,16 +99,16 @@ class Slip(NamedTuple):
 
 
 class _Motion(NamedTuple):
-    """The modes that the contact sees, and how far the contact moves in a band of frequencies."""
+    """How the contact moves without a stop."""
 
+    band: Span
+    """The frequencies."""
     natural: Any
-    """Natural frequencies, increasing."""
-    ratios: Any
-    """Their damping ratios."""
+    """The natural frequencies of the modes that it sees, increasing."""
     speeds: Any
-    """How fast the contact moves at each of them."""
+    """How fast it is at each of them."""
     steady: float
-    """How far the steady motion goes, from the equilibrium."""
+    """How far it goes in the band, from the equilibrium."""
     farthest: float
     """The same from where no spring is stretched."""
     raised: float
@@ -126,6 +123,8 @@ def is_likely(asked: Asked) -> bool:
 def slips_in(asked: Asked) -> list[Slip]:
     """Return the slips that explain the numbers of a request, the best one first, and those that are as good."""
     most = _cost(asked) - _LIKELIER
+    if most <= 0.0:
+        return []
     left = [(_cost_of_undone(slip, asked), slip) for slip in SLIPS]
     explained = sorted((pair for pair in left if pair[0] < most), key=lambda pair: pair[0])
     return [slip for cost, slip in explained if cost < explained[0][0] + _AS_GOOD][:_TOLD]
@@ -138,7 +137,9 @@ def sizes_of(asked: Asked) -> str:
     if len(natural):
         span = f"{natural[0]:.4g}" if len(natural) == 1 else f"{natural[0]:.4g} to {natural[-1]:.4g}"
         words.append(f"natural frequencies are {span} rad/s and the lowest damping ratio is {ratios[0]:.2g}")
-    if asked.omega is not None and math.isfinite(moved := _motion(asked.oscillator, asked.omega).steady):
+    if asked.omega is not None and math.isfinite(
+        moved := _motion(asked.oscillator, asked.omega, natural, ratios).steady
+    ):
         low, high = asked.omega
         where = f"at {low:.4g} rad/s" if low == high else f"from {low:.4g} to {high:.4g} rad/s"
         words.append(f"the steady motion goes at most {moved:.3g} m {where}")
@@ -149,11 +150,11 @@ def sizes_of(asked: Asked) -> str:
 
 def _cost(asked: Asked) -> float:
     """Return how unlikely a request is: the negative logarithm of a product over its sizes."""
-    motion = None if asked.omega is None else _motion(asked.oscillator, asked.omega)
-    cost = sum(_unusual(name, span) for name, span in _sizes(asked, motion))
-    if motion is not None and asked.omega is not None and len(motion.natural):
-        cost += _cost_of_place(asked.omega, motion)
-    return cost + (_COINCIDENCE if _has_dampers_alike(asked.oscillator) else 0.0)
+    natural, ratios = _seen_modes(asked.oscillator)
+    motion = None if asked.omega is None else _motion(asked.oscillator, asked.omega, natural, ratios)
+    cost = sum(_unusual(name, span) for name, span in _sizes(asked, ratios, motion))
+    cost += _COINCIDENCE if _has_dampers_alike(asked.oscillator) else 0.0
+    return cost if motion is None or not len(natural) else cost + _cost_of_place(motion)
 
 
 def _cost_of_undone(slip: Slip, asked: Asked) -> float:
@@ -166,23 +167,22 @@ def _cost_of_undone(slip: Slip, asked: Asked) -> float:
 
 
 def _unusual(name: str, span: Span) -> float:
-    """Return how unlikely it is that a size lies in an interval: that of the likeliest value in it."""
+    """Return how unlikely the likeliest size in an interval is, 0 for a usual one."""
     least, most, deviation = _SIZES[name]
     outside = max(least - span[1], span[0] - most, 0.0) / deviation
-    return -math.log(math.exp(-0.5 * outside**2) + _ODD)
+    return -math.log((math.exp(-0.5 * outside**2) + _ODD) / (1.0 + _ODD))
 
 
-def _cost_of_place(band: Span, motion: _Motion) -> float:
-    """Return how unlikely a band is: near a resonance, the likelier the faster the contact moves there; or above all.
+def _cost_of_place(motion: _Motion) -> float:
+    """Return how unlikely a band is: near a resonance, the likelier the faster the contact is there; or above all.
 
-    The speed counts, not the amplitude, as impacts are as hard as the contact is fast.
+    The speed counts, not the amplitude: impacts are as hard as the contact is fast.
     """
+    places = [_place(motion.band, mode) for mode in motion.natural]
     shares = np.maximum(motion.speeds / motion.speeds.max(), _SLOWEST)
-    places = [_place(band, mode) for mode in motion.natural]
-    near = [_unusual("place", (place, place)) for place in places] - np.log(shares)
-    if places[-1] <= 0.0:
-        return float(near.min())
-    return min(float(near.min()), _unusual("above", (places[-1], places[-1])) + _ABOVE)
+    costs = [_unusual("place", (place, place)) for place in places] - np.log(shares)
+    above = _unusual("above", (places[-1], places[-1])) + math.log(_ABOVE) if places[-1] > 0.0 else math.inf
+    return min(float(costs.min()), above)
 
 
 def _has_dampers_alike(oscillator: Oscillator) -> bool:
@@ -192,46 +192,40 @@ def _has_dampers_alike(oscillator: Oscillator) -> bool:
     return len({*oscillator.damping}) == 1 < len({*oscillator.stiffnesses})
 
 
-def _motion(oscillator: Oscillator, band: Span) -> _Motion:
-    """Return how the contact moves in a band, without a stop."""
+def _motion(oscillator: Oscillator, band: Span, natural: Any, ratios: Any) -> _Motion:
+    """Return how the contact moves in a band."""
     low, high = band
-    natural, ratios = _seen_modes(oscillator)
     frequencies = np.concatenate([np.linspace(low, high, _SAMPLES), natural])
     reached = np.max([grazing_clearance(oscillator, frequencies, stop) for stop in SIDES], axis=0)
     if not np.any(ratios > 0.0):  # a resonance without damping has no size but round-off
         reached[_SAMPLES:] = math.inf
-    inside = (frequencies >= low) & (frequencies <= high)
-    raised = (frequencies >= low / _RAISED) & (frequencies <= high)
     still = abs(contact_equilibrium(oscillator))
     speeds = natural * (reached[_SAMPLES:] - still)
     if not (np.all(np.isfinite(speeds)) and np.any(speeds > 0.0)):
         speeds = np.ones(len(natural))
-    farthest = float(reached[inside].max())
-    return _Motion(natural, ratios, speeds, farthest - still, farthest, float(reached[raised].max()))
+    farthest = float(reached[(frequencies >= low) & (frequencies <= high)].max())
+    raised = float(reached[(frequencies >= low / _RAISED) & (frequencies <= high)].max())
+    return _Motion(band, natural, speeds, farthest - still, farthest, raised)
 
 
-def _sizes(asked: Asked, motion: _Motion | None) -> Iterator[tuple[str, Span]]:
+def _sizes(asked: Asked, ratios: Any, motion: _Motion | None) -> Iterator[tuple[str, Span]]:
     """Yield the sizes that a request has, in decades, from the least to the largest value."""
-    natural, ratios = _seen_modes(asked.oscillator) if motion is None else motion[:2]
-    if len(natural):
-        yield "lowest", _decades(natural[0], natural[0])
-        if ratios[0] > 0.0:
-            yield "damping", _decades(ratios[0], ratios[0])
-        yield "strongest", _decades(max(ratios), max(ratios))
-    if asked.stops is not None:
-        yield "clearance", _decades(*asked.stops)
-    if motion is None or asked.omega is None:
+    if np.any(ratios > 0.0):
+        yield "damping", _decades(ratios[0], ratios[0])
+        yield "strongest", _decades(ratios.max(), ratios.max())
+    if motion is None:
         return
-    yield from _driven(asked.oscillator, asked.omega)
+    yield from _driven(asked.oscillator, motion.band)
     if not (math.isfinite(motion.steady) and motion.steady > 0.0):
         return
     moved = _decade(motion.steady)
     yield "amplitude", (moved, moved)
-    low, high = _decades(*asked.omega)
+    low, high = _decades(*motion.band)
     yield "acceleration", (moved + 2.0 * low, moved + 2.0 * high)
     if asked.stops is not None:
         # a motion that starts elsewhere may go as far as at a resonance
         nearest, last = _decades(*asked.stops)
+        yield "clearance", (nearest, last)
         yield "stop", (nearest - _decade(motion.raised), last - _decade(motion.farthest))
 
 
