@@ -582,34 +582,38 @@ def saved(figure: Figure) -> bytes:
     return few.getvalue()
 
 
-def colours_of(ax: Axes) -> set[str]:
-    """Return the colours #RRGGBB of the lines, symbols and regions of axes; colours on a scale are left out."""
+def colours_of(ax: Axes) -> tuple[set[str], set[str]]:
+    """Return the colours #RRGGBB of the regions of axes, and those of its lines and symbols, which have a rim there.
+
+    Colours on a scale are left out. A square in a legend has the colour of a region.
+    """
     from matplotlib.colors import ListedColormap, to_hex
 
-    colours: set[str] = set()
+    regions: set[str] = set()
+    lines: set[str] = set()
     for line in ax.lines:
         if line.get_linestyle() not in ("None", "none"):
-            colours.add(to_hex(line.get_color()))
+            lines.add(to_hex(line.get_color()))
         if line.get_marker() not in ("None", None, ""):
-            colours.add(to_hex(line.get_markerfacecolor()))
+            (regions if line.get_marker() == "s" else lines).add(to_hex(line.get_markerfacecolor()))
     for mesh in (*ax.collections, *ax.images):
         chosen = getattr(mesh, "cmap", None)
         if isinstance(chosen, ListedColormap) and chosen.N < 64:
-            colours |= {to_hex(colour) for colour in chosen(range(chosen.N))}
-    return {colour.upper() for colour in colours}
+            regions |= {to_hex(colour) for colour in chosen(range(chosen.N))}
+    return {colour.upper() for colour in regions}, {colour.upper() for colour in lines}
 
 
-def least_distances(colours: set[str]) -> tuple[float, float]:
-    """Return the least CIEDE2000 between two colours, as most people see them and with deuteranopia."""
+def least_distances(*groups: set[str]) -> tuple[float, float]:
+    """Return the least CIEDE2000 between two colours of a group, as most people see them and with deuteranopia."""
     from coloraide import Color
 
-    seen = [Color(colour) for colour in sorted(colours)]
-    blind = [colour.filter("deutan", 1.0) for colour in seen]
-    normal, simulated = (
-        min((colour.delta_e(other, method="2000") for colour, other in itertools.combinations(view, 2)), default=np.inf)
-        for view in (seen, blind)
-    )
-    return normal, simulated
+    normal, simulated = [], []
+    for colours in groups:
+        seen = [Color(colour) for colour in sorted(colours)]
+        blind = [colour.filter("deutan", 1.0) for colour in seen]
+        for view, least in ((seen, normal), (blind, simulated)):
+            least += [colour.delta_e(other, method="2000") for colour, other in itertools.combinations(view, 2)]
+    return min(normal, default=np.inf), min(simulated, default=np.inf)
 
 
 def main() -> bool:
@@ -626,7 +630,7 @@ def main() -> bool:
             image = saved(figure)
             (PICTURES / f"{picture.name}.png").write_bytes(image)
             normal, blind = (
-                min(values) for values in zip(*(least_distances(colours_of(ax)) for ax in figure.axes), strict=True)
+                min(values) for values in zip(*(least_distances(*colours_of(ax)) for ax in figure.axes), strict=True)
             )
             apart = normal >= ALIKE and blind >= ALIKE_IF_COLOUR_BLIND
             good &= apart and len(image) <= LARGEST

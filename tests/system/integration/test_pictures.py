@@ -28,10 +28,10 @@ def test_the_gallery_has_the_code_and_the_picture_of_every_function() -> None:
 def test_the_code_of_the_gallery_runs_as_it_is_pasted(stack: LocalClient) -> None:
     figure = pictures.drawn(pictures.entry(pictures.rotor_that_goes_on_hitting), stack)
     image = pictures.saved(figure)
-    colours = colours_of(figure.axes[0])
+    regions, lines = colours_of(figure.axes[0])
     pyplot.close(figure)
     assert image.startswith(b"\x89PNG")
-    assert len(colours) > 1
+    assert len(regions | lines) > 1
 
 
 @pytest.mark.thorough
@@ -53,12 +53,12 @@ def test_colours_of_the_maps_of_twenty_random_systems_can_be_distinguished(stack
         window = {"omega": (0.9 * omega, 1.1 * omega), "clearance": (0.3 * clearance, 1.1 * clearance)}
         umap = stack.unfolding_map(chain, **window, shape=(32, 32), preview=True, max_periods=200, progress=False)
         ax = umap.plot(curve=curve)
-        colours = colours_of(ax)
+        regions, lines = colours_of(ax)
         squares = [line.get_color() for line in ax.lines if line.get_marker() == "s" and line.get_markersize() == 8]
         assert len(squares) == len(set(squares))
-        normal, blind = least_distances(colours)
+        normal, blind = least_distances(regions, lines)
         least_normal, least_blind = min(least_normal, normal), min(least_blind, blind)
-        most = max(most, len(colours))
+        most = max(most, len(regions | lines))
         pyplot.close(ax.figure)
     assert most > 20  # the systems have crowded pictures among them
     assert least_normal >= ALIKE
