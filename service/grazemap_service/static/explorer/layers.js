@@ -118,7 +118,7 @@ export const percent = (share) => (share < 0.001 ? "< 0.1 %" : `${(100 * share).
 // A reason without what a client of the API would do about it.
 export const withoutRemedy = (reason) => reason.replace(/\.? Remedy:.*/s, "");
 
-// What the finest of the tiles says about a point of the plane; null where none has come.
+// What the finest of the tiles says about a point of the plane, `at` its own point there; null where none has come.
 export function reading(tiles, x, y) {
   const covers = ({ x: [left, right], y: [low, high] }) => left <= x && x < right && low <= y && y < high;
   const tile = tiles.findLast(covers);
@@ -135,5 +135,9 @@ export function reading(tiles, x, y) {
     exponent: tile.lyapunov?.[k],
     speed: tile.least_impact_velocity?.[k],
     power: tile.dissipated_power?.[k],
+    at: [
+      tile.x[0] + ((place(x, tile.x) + 0.5) / tile.points) * (tile.x[1] - tile.x[0]),
+      tile.y[0] + ((place(y, tile.y) + 0.5) / tile.points) * (tile.y[1] - tile.y[0]),
+    ],
   };
 }

@@ -5,11 +5,14 @@ import { LAYERS, percent } from "./layers.js";
 import { toRead } from "./ticks.js";
 import { named } from "./units.js";
 
+const FIRST = 8; // motions that are named until more are asked for
+
 const numbered = (colour, k) => [swatch(colour), ` ${k + 1} `];
 
 export class Legend {
   hidden = new Set();
   #shown = "";
+  #isWhole = false;
   #meanings = [];
 
   // `names` are those of bifurcations; `changed` is called when a motion was switched off or on.
@@ -40,9 +43,13 @@ export class Legend {
     byId("curve-legend").append(...this.#meanings.map((meaning) => meaning.item));
   }
 
-  // Says what the curves and marks that are drawn mean.
-  explain({ lines, marks }) {
-    const drawn = [...lines, ...marks];
+  // Says what the curves and marks in a window mean.
+  explain({ lines, marks }, { x, y }) {
+    const inside = (value, [low, high]) => value !== null && low <= value && value <= high;
+    const drawn = [
+      ...lines.filter((line) => line.x.some((value, k) => inside(value, x) && inside(line.y[k], y))),
+      ...marks.filter((mark) => inside(mark.x, x) && inside(mark.y, y)),
+    ];
     for (const { isSeen, item } of this.#meanings) item.hidden = !drawn.some(isSeen);
   }
 
@@ -66,30 +73,42 @@ export class Legend {
   }
 
   #showMotions(all) {
-    const first = all.slice(0, NAMED);
-    const signature = JSON.stringify([first, [...this.hidden], this.colours.version]);
-    if (signature === this.#shown) return; // so that a box keeps the focus
+    const most = this.#isWhole ? NAMED : FIRST;
+    const first = all.slice(0, most);
+    const signature = JSON.stringify([first, all.length, [...this.hidden], this.colours.version]);
+    if (signature === this.#shown) return; // so that a button keeps the focus
     this.#shown = signature;
     const focused = document.activeElement?.value;
     byId("legend").replaceChildren(...first.map(({ label, share }) => this.#entry(label, share)));
     const others = all.length - first.length;
-    const more = others === 1 ? "and one other" : `and ${others} others`;
-    if (others) byId("legend").append(element("li", { textContent: more }));
+    if (others) byId("legend").append(this.#rest(others, first.length < Math.min(all.length, NAMED)));
     if (focused)
       byId("legend")
-        .querySelector(`input[value="${CSS.escape(focused)}"]`)
+        .querySelector(`button[value="${CSS.escape(focused)}"]`)
         ?.focus();
   }
 
-  #entry(label, share) {
-    const box = element("input", { type: "checkbox", value: label, checked: !this.hidden.has(label) });
-    box.addEventListener("change", () => {
-      if (box.checked) this.hidden.delete(label);
-      else this.hidden.add(label);
+  // Says how many motions are left out, and shows more of them if they have colours of their own.
+  #rest(others, hasMore) {
+    const text = others === 1 ? "one other" : `${others} others`;
+    if (!hasMore) return element("li", { textContent: `and ${text}` });
+    const more = element("button", { type: "button", textContent: `and ${text} …` });
+    more.addEventListener("click", () => {
+      this.#isWhole = true;
       this.changed();
     });
-    const part = element("small", { textContent: percent(share) });
+    return element("li", {}, more);
+  }
+
+  #entry(label, share) {
     const { colour, image } = this.colours.of(label);
-    return element("li", {}, element("label", {}, box, swatch(colour, image), `${label} `, part));
+    const part = element("small", { textContent: percent(share) });
+    const pressed = { type: "button", value: label, title: "Hide or show", "aria-pressed": !this.hidden.has(label) };
+    const button = element("button", pressed, swatch(colour, image), label, part);
+    button.addEventListener("click", () => {
+      if (!this.hidden.delete(label)) this.hidden.add(label);
+      this.changed();
+    });
+    return element("li", {}, button);
   }
 }

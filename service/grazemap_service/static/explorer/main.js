@@ -10,6 +10,7 @@ import { Colours } from "./labels.js";
 import { exponentFor, tilesOf } from "./lattice.js";
 import { LAYERS, paint, rangeOf, reading, shares, withoutRemedy } from "./layers.js";
 import { Legend } from "./legend.js";
+import { Living } from "./living.js";
 import { MachineForm } from "./machine.js";
 import { Overview } from "./overview.js";
 import { USUAL, intervalAbout, isUsual, parameter, placeOf, valueOf } from "./parameters.js";
@@ -19,6 +20,7 @@ import { PointPanel } from "./point.js";
 import { PointForm } from "./pointform.js";
 import { PRESETS } from "./presets.js";
 import * as requests from "./requests.js";
+import { Sliders } from "./sliders.js";
 import { offer } from "./takehome.js";
 import { rounded, toRead } from "./ticks.js";
 import { storedMap } from "./stored.js";
@@ -27,6 +29,8 @@ import { named, unitOf } from "./units.js";
 
 const MOST_SENSITIVE = 0.9; // share of labels that round-off may change, above which a closer look is of no use
 const ORDER_AGAIN = 400; // milliseconds, after which the tiles under the pointer come first
+const ROOMY = 1000; // pixels of height at which the legend has room below an open point
+const SLIDE_AGAIN = 150; // milliseconds between the machines of a slider that moves
 
 const { paper } = PRESETS;
 const STANDARD = {
@@ -44,11 +48,13 @@ const palette = await (await fetch("static/palette.json")).json();
 const colours = new Colours(palette);
 let state = address.read(location.hash, STANDARD);
 let ofPoint = { lines: [], marks: [] }; // what the point draws into the plane
+let before = []; // the tiles that were in sight last, until those of another machine come
 let place = null; // where the pointer is on the canvas of the plane; null: elsewhere
 const GRAZE = Object.fromEntries(
   ["right", "left"].map((stop) => [stop, `Grazing curve: on it the steady motion just touches the ${stop} stop.`]),
 );
 const UNREAD = byId("reading").textContent;
+let rested = null; // where the pointer was last
 let errorText = "";
 let troubleText = "";
 
@@ -82,6 +88,7 @@ const act = {
   point: (at) => {
     place = at;
     say();
+    live();
     orderAgain();
   },
   home: () => plane.go(first(), { now: true }),
@@ -98,7 +105,15 @@ const point = new PointPanel({
     ofPoint = made;
     refresh();
   },
+  closed: () => {
+    state.at = null;
+    point.clear();
+    remember();
+    refresh();
+    plane.canvas.focus();
+  },
 });
+const living = new Living(byId("living"));
 // The window to begin with.
 function first() {
   if (isUsual(state.plane)) {
@@ -151,6 +166,22 @@ const planeForm = new PlaneForm({
     plane.go({ x: interval(next.horizontal), y: interval(next.vertical) }, { now: true });
   },
 });
+let sliding = null;
+const sliders = new Sliders({
+  changed: (part) => {
+    Object.assign(state, part);
+    sliding ??= setTimeout(() => {
+      sliding = null;
+      change({});
+    }, SLIDE_AGAIN);
+  },
+  settled: () => {
+    form.show(state.machine);
+    change({});
+    remember();
+    if (state.at) openPanel();
+  },
+});
 const legend = new Legend({ colours, names: NAMES, changed: () => refresh() });
 const overview = new Overview({
   chosen: (window) => {
@@ -188,13 +219,15 @@ function ask() {
   const centre = place ? plane.value(place) : plane.centre;
   const { observables } = LAYERS[state.layer];
   const { machine, plane: shown } = state;
+  const hurried = sliders.isMoving;
   tiles.show(
     family(),
     (across, up, preview) => requests.map(machine, shown, across, up, { preview, observables }),
     tilesOf(state, across.exponent, up.exponent, centre, domains()),
     domains(),
+    { hurried },
   );
-  curves.show(state, domains());
+  if (!hurried) curves.show(state, domains());
 }
 
 let ordering = null;
@@ -251,7 +284,7 @@ const around = (value, [low, high], [least, most]) => {
 };
 
 function openPanel() {
-  byId("point-section").open = true;
+  if (innerHeight < ROOMY) byId("legend-section").open = false;
   point.show({ ...state, note: plane.markText({ x: state.at[0], y: state.at[1] }) });
 }
 
@@ -290,8 +323,10 @@ function show() {
     tile.image = paint(tile, state.layer, { hidden: legend.hidden, range, colours });
     tile.paintedAs = style;
   }
-  // the motions stand until other values come
-  const below = family() === familyOf() ? [] : tiles.within(familyOf(), state).filter(({ image }) => image);
+  // the motions stand until other values come, and a machine until another one does
+  const motionsBelow = family() === familyOf() ? [] : tiles.within(familyOf(), state).filter(({ image }) => image);
+  const below = motionsBelow.length ? motionsBelow : before;
+  if (seenTiles.length) before = seenTiles;
   const axis = (name) => named(parameter(name, state.machine).text, state.machine, parameter(name).quantity);
   const { horizontal, vertical } = state.plane;
   plane.scene = {
@@ -310,8 +345,10 @@ function show() {
   plane.draw();
   pointForm.show(state);
   legend.show(state, motions, range);
-  legend.explain(plane.scene);
+  legend.explain(plane.scene, state);
+  sliders.show(state);
   say(seenTiles);
+  live(seenTiles);
 }
 
 // Where the steady motion touches a stop: of each tile where no finer one is over it.
@@ -341,13 +378,11 @@ function say(seenTiles = seen()) {
   const { x: across, y: up } = levels();
   const parts = [troubleText, errorText];
   if (choosing) parts.push("Computing the grazing curve of the machine.");
-  if (waitingFor) parts.push(`Waiting for ${waitingFor}.`);
+  if (!seenTiles.length && waitingFor) parts.push(`Waiting for ${waitingFor}.`);
+  else if (done < total) parts.push("Refining …");
+  if (failed) parts.push(`${failed} of ${total} tiles failed.`);
   parts.push(...curves.pending().map((what) => `Computing ${what}.`));
-  parts.push(
-    done === total
-      ? `${total} tiles complete.`
-      : `${done} of ${total} tiles complete${failed ? `, ${failed} failed` : ""}.`,
-  );
+  Object.assign(byId("progress"), { max: total, value: done, className: done === total ? "done" : "" });
   if (across.ended || up.ended)
     parts.push("Double precision ends here: neighbouring points would be less than 64 roundings apart.");
   else if (roundOffDecides(seenTiles))
@@ -369,6 +404,25 @@ function say(seenTiles = seen()) {
   const drawn = plane.markText(at) ?? plane.nearestLine(at)?.text;
   const here = reading(seenTiles, at.x, at.y);
   byId("reading").textContent = drawn ? `${values}: ${drawn}` : here ? `${values}: ${described(here)}` : values;
+}
+
+// Shows the machine of the point under the pointer, or of the middle of the plane, in its motion there.
+function live(seenTiles = seen()) {
+  if (choosing || !plane.view || (isPhone() && state.at)) return living.hide();
+  rested = place ?? rested ?? plane.middle;
+  const here = rested;
+  const value = plane.value(here);
+  if (!plane.holds(value)) return living.hide();
+  const known = reading(seenTiles, value.x, value.y);
+  const { machine, at } = placeOf(state.machine, state.plane, known?.at ?? ofPixel(value));
+  living.show({
+    machine,
+    at,
+    colour: known ? colours.of(known.label).colour : palette.kinds.other,
+    text: known ? known.label : "",
+    place: here,
+    size: plane,
+  });
 }
 
 function described({ label, verified, sensitive, preview, reason, exponent, speed, power }) {
@@ -398,7 +452,8 @@ serve({
   },
 });
 
-byId("legend-section").open = !isPhone(); // there it would stand between the plane and the point
+// on a phone the plane comes first
+for (const name of ["legend", "machine"]) byId(`${name}-section`).open = !isPhone();
 for (const [value, { text }] of Object.entries(LAYERS))
   byId("layer").append(element("option", { value, textContent: text }));
 byId("layer").addEventListener("change", ({ target }) => {

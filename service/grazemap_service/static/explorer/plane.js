@@ -1,13 +1,18 @@
 // The canvas of the plane: the window that it shows, and its picture of tiles, curves, marks and axes.
+import { isPhone } from "./dom.js";
 import { axisName, ticks } from "./ticks.js";
 
-const MARGIN = { left: 66, right: 12, top: 10, bottom: 42 };
+// The strips with the axes, over the picture: widths of the one on the left and the one below, and the size of letters.
+const EDGES = { side: 60, strip: 26, font: 12 };
+const PHONE_EDGES = { side: 46, strip: 22, font: 10 };
+const STRIP_ALPHA = 0.8;
 const PALE = 0.35; // of the motions, until the values of another layer come
 const MARK = 10; // pixels within which marks cover one another, and a pointer is at one
 const SETTLED_AFTER = 250; // milliseconds without a further step, after which a window is a place in the history
 
 export class Plane {
   box = null; // the rectangle that is being dragged, { from, to }
+  #edges = EDGES;
   #settling = null;
   #frame = null;
 
@@ -27,8 +32,11 @@ export class Plane {
     const { clientWidth, clientHeight } = this.canvas;
     this.canvas.width = Math.round(clientWidth * ratio);
     this.canvas.height = Math.round(clientHeight * ratio);
-    this.width = Math.max(1, clientWidth - MARGIN.left - MARGIN.right);
-    this.height = Math.max(1, clientHeight - MARGIN.top - MARGIN.bottom);
+    this.width = Math.max(1, clientWidth);
+    this.height = Math.max(1, clientHeight);
+    this.#edges = isPhone() ? PHONE_EDGES : EDGES;
+    for (const name of ["side", "strip"]) // what floats keeps clear of them
+      document.documentElement.style.setProperty(`--${name}`, `${this.#edges[name]}px`);
     this.draw();
   }
 
@@ -39,26 +47,26 @@ export class Plane {
 
   // The middle of the plane on the canvas.
   get middle() {
-    return { px: MARGIN.left + this.width / 2, py: MARGIN.top + this.height / 2 };
+    return { px: this.width / 2, py: this.height / 2 };
   }
 
   // Lengths on the canvas of values, and back.
   #px(x) {
-    return MARGIN.left + ((x - this.view.x[0]) / (this.view.x[1] - this.view.x[0])) * this.width;
+    return ((x - this.view.x[0]) / (this.view.x[1] - this.view.x[0])) * this.width;
   }
   #py(y) {
-    return MARGIN.top + ((this.view.y[1] - y) / (this.view.y[1] - this.view.y[0])) * this.height;
+    return ((this.view.y[1] - y) / (this.view.y[1] - this.view.y[0])) * this.height;
   }
   value({ px, py }) {
     const { x, y } = this.view;
     return {
-      x: x[0] + ((px - MARGIN.left) / this.width) * (x[1] - x[0]),
-      y: y[1] - ((py - MARGIN.top) / this.height) * (y[1] - y[0]),
+      x: x[0] + (px / this.width) * (x[1] - x[0]),
+      y: y[1] - (py / this.height) * (y[1] - y[0]),
     };
   }
 
   inside({ px, py }) {
-    return px >= MARGIN.left && px <= MARGIN.left + this.width && py >= MARGIN.top && py <= MARGIN.top + this.height;
+    return px >= 0 && px <= this.width && py >= 0 && py <= this.height;
   }
 
   holds({ x, y }) {
@@ -109,16 +117,12 @@ export class Plane {
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     pen.fillStyle = style.backgroundColor;
     pen.fillRect(0, 0, this.canvas.clientWidth, this.canvas.clientHeight);
-    pen.save();
-    pen.beginPath();
-    pen.rect(MARGIN.left, MARGIN.top, this.width, this.height);
-    pen.clip();
     this.#paintTiles(pen);
     for (const line of this.scene.lines ?? []) this.#paintLine(pen, line);
     for (const { mark } of this.#apart()) this.#paintMark(pen, mark);
     if (this.scene.at) this.#paintCross(pen, this.scene.at, ink);
     if (this.box) this.#paintBox(pen);
-    pen.restore();
+    pen.fillStyle = style.backgroundColor;
     this.#paintAxes(pen, ink);
   }
 
@@ -224,34 +228,46 @@ export class Plane {
     pen.strokeRect(from.px, from.py, to.px - from.px, to.py - from.py);
   }
 
+  // The axes, on strips over the left and the lower edge of the picture.
   #paintAxes(pen, ink) {
-    const bottom = MARGIN.top + this.height;
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    const { side, strip, font } = this.#edges;
     const { names } = this.scene;
+    const bottom = height - strip;
+    pen.globalAlpha = STRIP_ALPHA;
+    pen.fillRect(0, 0, side, height);
+    pen.fillRect(side, bottom, width - side, strip);
+    pen.globalAlpha = 1;
     pen.strokeStyle = pen.fillStyle = ink;
-    pen.lineWidth = 1;
-    pen.font = "12px system-ui, sans-serif";
-    pen.strokeRect(MARGIN.left, MARGIN.top, this.width, this.height);
-    const across = ticks(this.view.x, Math.max(2, this.width / 110));
-    const up = ticks(this.view.y, Math.max(2, this.height / 60));
-    pen.textAlign = "center";
-    pen.textBaseline = "top";
-    for (const { value, text } of across.marks) {
-      pen.fillRect(this.#px(value) - 0.5, bottom, 1, 4);
-      const most = this.canvas.clientWidth - pen.measureText(text).width / 2 - 1;
-      pen.fillText(text, Math.min(this.#px(value), most), bottom + 6);
-    }
-    pen.fillText(axisName(names?.x ?? "", across), MARGIN.left + this.width / 2, bottom + 24);
-    pen.textAlign = "right";
+    pen.font = `${font}px system-ui, sans-serif`;
+    const across = ticks(this.view.x, Math.max(2, width / 110));
+    const up = ticks(this.view.y, Math.max(2, height / 60));
+    const middle = bottom + strip / 2 + 1;
+    const name = `${axisName(names?.x ?? "", across)} →`;
+    const end = width - pen.measureText(name).width - 10;
     pen.textBaseline = "middle";
+    pen.textAlign = "left";
+    pen.fillText(name, end, middle);
+    pen.textAlign = "center";
+    for (const { value, text } of across.marks) {
+      const x = this.#px(value);
+      const half = pen.measureText(text).width / 2;
+      if (x - half < side || x + half > end - 8) continue;
+      pen.fillRect(x - 0.5, bottom, 1, 4);
+      pen.fillText(text, x, middle);
+    }
+    pen.textAlign = "right";
     for (const { value, text } of up.marks) {
-      pen.fillRect(MARGIN.left - 4, this.#py(value) - 0.5, 4, 1);
-      pen.fillText(text, MARGIN.left - 7, this.#py(value));
+      const y = this.#py(value);
+      if (y < font || y > bottom - font) continue;
+      pen.fillRect(side - 4, y - 0.5, 4, 1);
+      pen.fillText(text, side - 7, y);
     }
     pen.save();
-    pen.translate(8, MARGIN.top + this.height / 2);
+    pen.translate(font / 2 + 2, bottom / 2);
     pen.rotate(-Math.PI / 2);
     pen.textAlign = "center";
-    pen.fillText(axisName(names?.y ?? "", up), 0, 0);
+    pen.fillText(`${axisName(names?.y ?? "", up)} →`, 0, 0);
     pen.restore();
   }
 

@@ -2,25 +2,36 @@
 import { compute, isAborted } from "./api.js";
 import { Animation } from "./animation.js";
 import { chart, circle, extent } from "./charts.js";
-import { contactOf, stopsOf, withImpacts } from "./contact.js";
-import { byId, element, isPhone, swatch } from "./dom.js";
+import { stopsOf, withImpacts } from "./contact.js";
+import { byId, element, swatch } from "./dom.js";
 import { showBasins, showBranch, showCurves } from "./further.js";
 import { USUAL, parameter, placeOf } from "./parameters.js";
 import { withoutRemedy } from "./layers.js";
+import { isStill, moving } from "./moving.js";
 import * as requests from "./requests.js";
+import { knock } from "./sound.js";
 import { toRead } from "./ticks.js";
 import { named, unitOf } from "./units.js";
 
 const PERIODS_SHOWN = 12;
+const HALF = { width: 160, height: 132 };
+const LOW = { width: 320, height: 110 };
 const least = (velocities) => (velocities.length ? Math.min(...velocities.map(Math.abs)) : null);
 
 export class PointPanel {
   #abort = new AbortController();
-  #animation = new Animation(byId("animation"));
+  #isLoud = false;
+  #animation = new Animation(byId("animation"), { hit: (share) => this.#isLoud && knock(share) });
 
-  // `colours` are those of motions; `drawn` is called with the { lines, marks } of the point in the plane.
-  constructor({ colours, drawn }) {
+  // `colours` are those of motions; `drawn` is called with the { lines, marks } of the point in the plane, `closed` when
+  // the point is closed.
+  constructor({ colours, drawn, closed }) {
     Object.assign(this, { colours, drawn });
+    byId("close-point").addEventListener("click", closed);
+    byId("sound").addEventListener("click", ({ target }) => {
+      this.#isLoud = !this.#isLoud;
+      target.setAttribute("aria-pressed", this.#isLoud);
+    });
     byId("play").addEventListener("click", () => this.#toggle());
     const ask = (name, what, show, result) =>
       byId(`ask-${name}`).addEventListener("click", async () => {
@@ -35,8 +46,7 @@ export class PointPanel {
   clear() {
     this.#abort.abort();
     this.#animation.stop();
-    byId("point").hidden = true;
-    byId("no-point").hidden = false;
+    byId("point-section").hidden = true;
     this.inPlane = {};
     this.drawn({ lines: [], marks: [] });
   }
@@ -55,8 +65,8 @@ export class PointPanel {
     this.#abort = new AbortController();
     const { machine, at } = placeOf(state.machine, state.plane, state.at);
     Object.assign(this, { machine, at, state });
-    byId("point").hidden = false;
-    byId("no-point").hidden = true;
+    byId("point-section").hidden = false;
+    byId("point-section").scrollTop = 0;
     byId("basins").replaceChildren();
     byId("branch").replaceChildren();
     byId("own-curves").textContent = "";
@@ -78,8 +88,6 @@ export class PointPanel {
     byId("multipliers").replaceChildren();
     this.orbit = null;
     byId("ask-branch").disabled = byId("ask-curves").disabled = true;
-    // below the plane, on a phone, it would move the plane away
-    if (!isPhone()) byId("point-name").scrollIntoView({ block: "nearest" });
     await this.#work("The motion", () => Promise.all([this.#trajectory(), this.#orbit()]));
   }
 
@@ -120,13 +128,15 @@ export class PointPanel {
     const stops = stopsOf(machine, at[1]);
     const present = stops.filter((stop) => stop !== null);
     const { time: times, q, v } = withImpacts(machine, path, stops);
-    const period = (2 * Math.PI) / at[0];
-    const last = times.findLastIndex(
-      (time) => time <= Math.min(PERIODS_SHOWN, Math.max(4, 2 * (motion.period ?? 4))) * period + 1e-9,
-    );
+    const shown = moving(machine, at, path, this.colours.of(label).colour);
+    const last = times.findLastIndex((time) => time <= Math.max(4 * shown.period, Math.min(2 * shown.loop, times.at(-1))) + 1e-9);
+    byId("pictures").hidden = false;
+    this.#animation.show(shown);
+    if (!isStill()) this.#animation.play();
     byId("portrait").replaceChildren(
       chart({
         title: "Phase portrait: velocity over displacement of the contact, with the stops",
+        size: HALF,
         x: extent([...q, ...present]),
         y: extent(v),
         names: { x: named("displacement", machine, "length"), y: named("velocity", machine, "velocity") },
@@ -139,6 +149,7 @@ export class PointPanel {
     byId("history").replaceChildren(
       chart({
         title: "Displacement of the contact over time, with its impacts",
+        size: LOW,
         x: [0, times[last]],
         y: extent([...q, ...present]),
         names: { x: named("time", machine, "time"), y: named("displacement", machine, "length") },
@@ -158,16 +169,6 @@ export class PointPanel {
         ),
       }),
     );
-    const chain = (machine.oscillator?.contact ?? 1) === 1 && !machine.oscillator?.matrices;
-    byId("pictures").hidden = false;
-    this.#animation.show({
-      time: path.time,
-      masses: chain ? path.displacement : [contactOf(machine, path.displacement)],
-      stops,
-      period,
-      colour: this.colours.of(label).colour,
-    });
-    if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.#animation.play();
     this.#name();
   }
 
@@ -209,7 +210,7 @@ export class PointPanel {
       ...rows.flatMap(([name, value]) => [element("dt", { textContent: name }), element("dd", { textContent: value })]),
     );
     byId("multipliers").replaceChildren(
-      ...(orbit.converged && orbit.multipliers?.length ? [circle(orbit.multipliers)] : []),
+      ...(orbit.converged && orbit.multipliers?.length ? [circle(orbit.multipliers, HALF)] : []),
     );
     this.orbit = orbit;
     byId("ask-branch").disabled = byId("ask-curves").disabled = !orbit.converged;

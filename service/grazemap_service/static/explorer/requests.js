@@ -77,11 +77,11 @@ export const borders = (machine, plane, across, up, points) => ({
 
 const at = (machine, [omega, value]) => ({ ...oscillatorOf(machine), omega, clearance: clearance(machine, value) });
 
-export const trajectory = (machine, point, { transient, periods }) => ({
+export const trajectory = (machine, point, { transient, periods, samples = 128 }) => ({
   ...at(machine, point),
   transient_periods: transient,
   periods,
-  samples_per_period: 128,
+  samples_per_period: samples,
 });
 
 export const orbit = (machine, point) => ({

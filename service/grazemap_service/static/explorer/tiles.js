@@ -54,7 +54,8 @@ export class Tiles {
 
   // Tells what the view shows. Names tell the requests of one family of maps from those of others; no tile reaches beyond
   // the domains of the parameters.
-  show(family, requestOf, tiles, domains) {
+  // While a slider moves, only what a glance shows is `hurried` to the plane.
+  show(family, requestOf, tiles, domains, { hurried = false } = {}) {
     const steps = [];
     const step = (tile, points, preview) => {
       const name = `${family} ${tile.ex} ${tile.ey} ${tile.i} ${tile.j} ${points} ${preview}`;
@@ -65,8 +66,10 @@ export class Tiles {
       .map((tile) => ancestor(tile, PREVIEW_LEVELS))
       .filter(({ ex, ey, i, j }) => isInside(bounds(i, ex), domains.x) && isInside(bounds(j, ey), domains.y))
       .forEach((tile) => step(tile, PREVIEW_POINTS, true));
-    unseen(PREVIEW_LEVELS).forEach((tile) => step(tile, PREVIEW_POINTS, true));
-    tiles.forEach((tile) => step(tile, POINTS, false));
+    if (!hurried) {
+      unseen(PREVIEW_LEVELS).forEach((tile) => step(tile, PREVIEW_POINTS, true));
+      tiles.forEach((tile) => step(tile, POINTS, false));
+    }
     this.#wanted = steps;
     const names = new Set(steps.map(({ name }) => name));
     for (const [name, { abort }] of this.#running) if (!names.has(name)) abort.abort();
