@@ -51,7 +51,15 @@ LOCAL_START_TIMEOUT: Final = 240.0
 LOCAL_STOP_TIMEOUT: Final = 10.0
 
 # Units of parameters in SI.
-UNITS: Final = {"omega": "rad/s", "clearance": "m", "clearance_right": "m", "clearance_left": "m"}
+UNITS: Final = {
+    "omega": "rad/s",
+    "clearance": "m",
+    "clearance_right": "m",
+    "clearance_left": "m",
+    "masses": "kg",
+    "stiffnesses": "N/m",
+    "dampings": "N s/m",
+}
 # The units of machines, which go together.
 ENGINEERING_UNITS: Final = ("Hz", "mm")
 

@@ -3,8 +3,8 @@
 A table stands between ``<!-- fields of NAME -->`` and ``<!-- end of fields -->``, where NAME is that of a result or a
 record in the schemas, "request-PROCESS" for how a process is called and what it takes, "classes" for the classes of
 results with their tables and methods, "processes" for the addresses of all processes, "settings" for the settings of
-service and workers, "clients" for how a client is made, or "methods" for those of a client. A process without a page
-gets one, to be written on by hand.
+service and workers, "units" for the units of numbers, "clients" for how a client is made, or "methods" for those of a
+client. A process without a page gets one, to be written on by hand.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from grazemap.results.base import Result
 from grazemap.results.fields import Field, RecordSchema, ResultSchema
 from grazemap.results.observables import OBSERVABLES
 from grazemap.results.tables import CURVE, PLANE, POINTS, is_table
+from grazemap.units import FIELD_UNITS, OSCILLATOR, units_of
 from grazemap.wire import PROCESSES, ProcessRequest, parse_request
 from grazemap_service.settings_list import settings
 
@@ -90,6 +91,7 @@ def _table(name: str, lead: str) -> str:
         "clients": _clients,
         "methods": _methods,
         "settings": _settings,
+        "units": _units,
     }
     parts |= {f"request-{process}": partial(_request, process, lead) for process in PROCESSES}
     rows = parts[name]() if name in parts else _fields(_records()[name])
@@ -290,6 +292,18 @@ def _settings() -> Iterator[str]:
     yield "|---|---|---|---|"
     for setting in settings():
         yield f"| `{setting.variable}` | {setting.default} | {setting.readers} | {setting.meaning} |"
+
+
+def _units() -> Iterator[str]:
+    """Yield the fields whose numbers may have a unit, and the units; of parameters that vary too."""
+    yield "| numbers of | may be in |"
+    yield "|---|---|"
+    fields: dict[tuple[str, ...], list[str]] = {}
+    for name in FIELD_UNITS:
+        field, of, which = name.removeprefix(f"{OSCILLATOR}.").partition(" ")
+        fields.setdefault(tuple(units_of(name)), []).append(f"`{field}`{of}{which}")
+    for units, names in fields.items():
+        yield f"| {', '.join(dict.fromkeys(names))} | {', '.join(units)} |"
 
 
 def _clients() -> Iterator[str]:

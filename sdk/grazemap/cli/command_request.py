@@ -116,7 +116,8 @@ class CommandRequest:
 
     def _si_text(self, flag: Flag, text: str) -> str:
         """Return the text of a flag with its numbers in rad/s or m."""
-        name = self._quantity_of(flag)
+        law = self._effective_value((*flag.place[:-1], "law"))
+        name = units.quantity_of(self._quantity_of(flag), law=law, several="," in text)
         if name not in units.FIELD_UNITS:
             return text
         if refused := units.refusal(text, name, self._effective_value(("oscillator", "units"))):

@@ -18,7 +18,6 @@ from grazemap import units
 from grazemap.wire import PROCESSES
 from grazemap.wire.error_texts import Schema, branches, schema_of, written_schema
 
-_UNPREFIXED_FIELD = "oscillator"
 _RANGE = ("start", "stop", "points")
 _WORDS = {"number": "NUMBER", "integer": "INTEGER", "string": "TEXT", "boolean": "SWITCH"}
 
@@ -44,6 +43,8 @@ class Flag:
     @property
     def field(self) -> str:
         """The name of the field that says which quantity it is: of `clearance.right` it is `clearance`."""
+        if self.place[0] == units.OSCILLATOR:
+            return ".".join(self.place)
         return self.place[-2] if self.place[-1] in ("right", "left") else self.place[-1]
 
     @property
@@ -103,7 +104,7 @@ def flags_of_short_forms(process: str) -> list[Flag]:
 def fields_without_flag(process: str) -> list[str]:
     """Return the names of the fields that have values which no flag can express."""
     schema = written_schema(PROCESSES[process])
-    oscillator = _alternatives(schema["properties"][_UNPREFIXED_FIELD], schema)[0]
+    oscillator = _alternatives(schema["properties"][units.OSCILLATOR], schema)[0]
     return [
         name
         for name, field in (*schema["properties"].items(), *oscillator["properties"].items())
@@ -119,7 +120,7 @@ def add_flags(parser: argparse.ArgumentParser, process: str) -> None:
     )
     oscillator = parser.add_argument_group("oscillator")
     for flag in flags_of(process):
-        group = oscillator if flag.place[0] == _UNPREFIXED_FIELD else request
+        group = oscillator if flag.place[0] == units.OSCILLATOR else request
         keywords: dict[str, Any] = {"action": argparse.BooleanOptionalAction}
         if not flag.switch:
             keywords = {"metavar": "|".join(flag.forms), "choices": _OpenChoices(flag.choices) or None}
@@ -162,7 +163,7 @@ def _flags(schema: Schema, root: Schema, place: tuple[str, ...]) -> Iterator[Fla
         alternatives = _alternatives(subschema, root)
         simple = tuple(alternative for alternative in alternatives if _form(alternative))
         if simple:
-            name = "-".join(part for part in field_place if part != _UNPREFIXED_FIELD).replace("_", "-")
+            name = "-".join(part for part in field_place if part != units.OSCILLATOR).replace("_", "-")
             yield Flag(field_place, f"--{name}", simple, _description(subschema))
         for alternative in alternatives:
             if _has_flags(alternative, root):

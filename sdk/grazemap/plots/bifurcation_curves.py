@@ -13,6 +13,8 @@ from grazemap.plots.palette import ANY_COLOUR, BIFURCATIONS, dash, label_text
 from grazemap.plots.pen import Pen
 from grazemap.plots.smooth import smooth_line
 from grazemap.results import BifurcationCurve, BifurcationCurves
+from grazemap.results.stretches import first_again
+from grazemap.wire import Oscillator
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -47,34 +49,42 @@ def draw_bifurcation_curves(
 ) -> None:
     """Add the curves to axes: a colour for each type, a dash for each motion; curves of inadmissible motions are pale.
 
-    A curve is thin where no motion beside it is stable: no trajectory changes there. With `halo` the
-    curves have a white rim, so that they are legible on colours.
+    A curve is thin where no motion beside it is stable: no trajectory changes there. With `halo` the curves
+    have a white rim, so that they are legible on colours.
     """
     together = results if isinstance(results, Sequence) else [results]
-    shown = [curve for result in together for curve in result.curves if curve.admissible or not admissible]
-    dashes = {motion: number for number, motion in enumerate(dict.fromkeys(curve.motion for curve in shown))}
-    for curve in shown:
+    shown = [(curve, result) for result in together for curve in result.curves if curve.admissible or not admissible]
+    dashes = {motion: number for number, motion in enumerate(dict.fromkeys(curve.motion for curve, _ in shown))}
+    for curve, result in shown:
         width = 1.0 if curve.symmetric else 1.6
         line = {"linestyle": dash(dashes[curve.motion]), "alpha": 1.0 if curve.admissible else 0.35, "zorder": 3}
-        for shown_points, share in ((None, _THIN), (curve.stable_beside, 1.0)):
-            across, up = smooth_line(_path(curve), curve.line, shown_points).T
+        path = _path(curve, result)
+        stable = np.resize(curve.stable_beside, len(path))  # of a closed curve its first point again
+        for shown_points, share in ((None, _THIN), (stable, 1.0)):
+            across, up = smooth_line(path, path[:, :2], shown_points).T
             pen.plot(across, up, **line, **curve_style(curve.type, share * width, halo))
     only = f" of {label_text(next(iter(dashes)))}" if len(dashes) == 1 else ""
-    for type in (name for name in BIFURCATIONS if any(curve.type == name for curve in shown)):
+    for type in (name for name in BIFURCATIONS if any(curve.type == name for curve, _ in shown)):
         pen.plot([], [], label=BIFURCATIONS[type][2] + only, **curve_style(type, 1.6, halo=False))
-    if not all(np.all(curve.stable_beside) for curve in shown):
+    if not all(np.all(curve.stable_beside) for curve, _ in shown):
         pen.plot([], [], color=ANY_COLOUR, linewidth=_THIN * 1.6, label="thin: unstable on both sides")
     for motion, number in () if only else dashes.items():
         style = {"color": ANY_COLOUR, "linestyle": dash(number), "linewidth": 1.6}
         pen.plot([], [], label=f"of {label_text(motion)}", **style)
 
 
-def _path(curve: BifurcationCurve) -> NDArray[np.float64]:
-    """Return the coordinates along which the length of a curve is measured, of shape (points, d)."""
-    parts = [curve.line]
-    if curve.velocities is not None and curve.phases is not None:
-        parts += [curve.velocities, curve.phases]
-    return np.concatenate(parts, axis=1)
+def _path(curve: BifurcationCurve, result: BifurcationCurves) -> NDArray[np.float64]:
+    """Return the coordinates along which the length of a curve is measured, of shape (points, d).
+
+    They begin with those that are drawn. A closed curve ends with its first point.
+    """
+    if curve.velocities is None or curve.phases is None:
+        return curve.line
+    path = np.concatenate([curve.line, curve.velocities, curve.phases], axis=1)
+    if set(curve.ends) != {"closed"}:
+        return path
+    oscillator = Oscillator.model_validate(result.meta["request"]["oscillator"])
+    return np.concatenate([path, first_again(path, curve.phases.shape[1], oscillator)])
 
 
 def curve_style(type: str, width: float, halo: bool) -> dict[str, Any]:

@@ -38,8 +38,8 @@ _CORNERS: tuple[Corner, ...] = get_args(Corner)
 _WORDS = re.compile(r"(?:\$[^$]*\$|[^\s$]| (?=[=×])|(?<=[=×]) )+")
 # Lengths of lines that are tried, relative to those of equal lines.
 _LONGER = (1.0, 1.1, 1.2, 1.35)
-# Most columns of a legend below the axes, and most entries that a single column has where two have no room.
-_MOST_COLUMNS, _MANY_ENTRIES = 4, 8
+# Most columns of a legend below the axes.
+_MOST_COLUMNS = 4
 # Space around a name relative to its size, and the share of its box that is over its region.
 _ROOM_AROUND, _OVER_REGION = (1.1, 1.3), 0.75
 
@@ -113,7 +113,7 @@ def is_beside(legend: Legend, figure: Figure) -> bool:
 
 
 def legend_below(ax: Axes, handles: Sequence[Artist], texts: Sequence[str], **look: Any) -> Legend:
-    """Add a legend below the axes and their label, with as many columns as the canvas has room for."""
+    """Add a legend below the axes and their label, with the columns with which it is lowest."""
     from matplotlib.transforms import ScaledTranslation
 
     figure, box = _figure_of(ax), ax.get_window_extent()
@@ -127,6 +127,8 @@ def legend_below(ax: Axes, handles: Sequence[Artist], texts: Sequence[str], **lo
         "borderaxespad": 0.0,
         "borderpad": 0.2,
         "columnspacing": 1.0,
+        "handletextpad": 0.6,
+        "labelspacing": 0.35,
         "bbox_transform": below,
         **look,
     }
@@ -135,30 +137,38 @@ def legend_below(ax: Axes, handles: Sequence[Artist], texts: Sequence[str], **lo
         legend: Legend = ax.legend(
             handles, texts, ncols=columns, loc="upper center", bbox_to_anchor=(0.5, 0.0), **place
         )
+        _wrap_entries(legend, width, columns)
         return legend
 
+    heights: dict[int, float] = {}
     for columns in range(min(len(texts), _MOST_COLUMNS), 0, -1):
-        legend = add(columns)
-        long = legend.get_window_extent().width
-        if long > width and (columns == 1 or (columns == 2 and len(texts) > _MANY_ENTRIES)):
-            _wrap_entries(legend, long, width, columns)
-            long = legend.get_window_extent().width
-        if long <= width or columns == 1:
-            break
-    if long > box.width:
+        size = add(columns).get_window_extent()
+        if size.width <= width or (columns == 1 and not heights):
+            heights[columns] = size.height
+    legend = add(min(heights, key=heights.__getitem__))
+    if legend.get_window_extent().width > box.width:
         # to the left, over the labels of the vertical axis
         legend.set_bbox_to_anchor((1.0, 0.0), transform=below)
         legend.set_loc("upper right")
     return legend
 
 
-def _wrap_entries(legend: Legend, long: float, width: float, columns: int) -> None:
-    """Break the long texts of a legend that is too long, so that its columns are equally wide."""
-    widths = [text.get_window_extent().width for text in legend.get_texts()]
-    rows = -(-len(widths) // columns)
-    beside = long - sum(max(widths[first : first + rows]) for first in range(0, len(widths), rows))
+def _wrap_entries(legend: Legend, width: float, columns: int) -> None:
+    """Break the longest texts of a legend that is wider than there is room."""
+    long = legend.get_window_extent().width
+    if long <= width:
+        return
+    split = np.array_split([text.get_window_extent().width for text in legend.get_texts()], columns)
+    widest = [float(column.max()) for column in split]
+    room = width - (long - sum(widest))
+    # narrow columns keep their texts, and the others share what they leave
+    for left, narrowest in zip(range(columns, 0, -1), sorted(widest), strict=True):
+        limit = room / left
+        if narrowest > limit:
+            break
+        room -= narrowest
     for text in legend.get_texts():
-        wrap(text, (width - beside) / columns)
+        wrap(text, limit)
 
 
 def emptiest_corner(ax: Axes, legend: Legend) -> Corner:

@@ -65,14 +65,17 @@ def plot_along_branch(
         drawing.write_reason(f"no branch was found: {branch.reason}")
         return ax
     prefix = "" if label is None else f"{label}, "
-    for kind, chosen in (("stable", branch.stable), ("unstable", ~branch.stable)):
+    order = [*range(len(branch.parameter)), *([0] if branch.closed else [])]
+    for kind, stable in (("stable", branch.stable), ("unstable", ~branch.stable)):
+        chosen = stable[order]
         # a line goes on to the next orbit, of whatever kind
         shown = chosen.copy()
         shown[1:] |= chosen[:-1]
-        if not np.any(chosen & branch.admissible):
+        if not np.any(stable & branch.admissible):
             continue
         style: dict[str, Any] = STYLES[kind] | ({"color": colour} if colour else {})
-        pen.plot(branch.parameter, np.where(shown, quantity.values, np.nan), label=prefix + kind, **style)
+        values = np.where(shown, quantity.values[order], np.nan)
+        pen.plot(branch.parameter[order], values, label=prefix + kind, **style)
     seen: set[str] = set()
     for point in branch.special_points:
         ends = quantity.values[point.segment : point.segment + 2]

@@ -31,6 +31,8 @@ RESULTS: dict[str, type[Result]] = {}
 """The classes of results by their names."""
 # Maximum length of a list of texts, such as the reasons to which a map refers by numbers. No result has a longer one.
 _MAX_TEXTS = 1 << 16
+# What the meta of a file has besides that of the result.
+_SHOWN_UNITS = "shown_units"
 
 
 def counted(items: Sized, noun: str) -> str:
@@ -63,13 +65,14 @@ def quantities(values: Any, name: str, units: str) -> NDArray[np.float64]:
     """
     listed = values.tolist() if isinstance(values, np.ndarray) and values.dtype.kind not in "iuf" else values
     refused: list[Refused] = []
-    numbers = in_si(listed, units, refused, name)
+    kind = name.partition("[")[0]  # of "masses[1]"
+    numbers = in_si(listed, units, refused, kind)
     if refused:
         raise ValueError(f"{name}: {refused[0].detail} (allowed: {refused[0].allowed})")
     try:
         return np.asarray(numbers, dtype=np.float64)
     except (TypeError, ValueError):
-        with_unit = f', or in SI numbers with a unit, as "{example(name)}"' if name in UNITS else ""
+        with_unit = f', or in SI numbers with a unit, as "{example(kind)}"' if kind in UNITS else ""
         raise ValueError(f"{name}: {values!r} is no number (allowed: numbers{with_unit})") from None
 
 
@@ -140,8 +143,8 @@ class Result(Record):
         Parameters
         ----------
         units
-            "Hz", "rpm" or "rad/s" for frequencies, "mm" or "m" for lengths. A quantity without a unit here keeps its
-            own. No unit at all: the result itself.
+            Those of requests: "Hz", "rpm" or "rad/s" for frequencies, "mm" or "m" for lengths, "g" for masses. A
+            quantity without a unit here keeps its own. No unit at all: the result itself.
 
         Raises
         ------
@@ -166,11 +169,11 @@ class Result(Record):
     def save(self, path: str | os.PathLike[str], table: str | None = None, *, engineering_units: bool = False) -> Path:
         """Write the result, or a table of it, to a file, and return its path.
 
-        A file ending in .npz or .json has the whole result; `grazemap.load` reads both. One ending in .csv, .xlsx or
-        .parquet has a `table` of those that `to_dataframe` names, with the units in the heads of its columns; the last
-        two need the extra "tables". Without a name it is that of the points of a map, of basins or of bifurcation
-        curves, or else of the result's own arrays; a workbook has all tables, each on a sheet. Tables have the units of
-        `shown_units`, and with `engineering_units` Hz and mm.
+        A file ending in .npz or .json has the whole result, whose arrays stay in SI, and its `shown_units`;
+        `grazemap.load` reads both. One ending in .csv, .xlsx or .parquet has a `table` of those that `to_dataframe`
+        names, with the units in the heads of its columns; the last two need the extra "tables". Without a name it is
+        that of the points of a map, of basins or of bifurcation curves, or else of the result's own arrays; a workbook
+        has all tables, each on a sheet. Tables have the units of `shown_units`, and with `engineering_units` Hz and mm.
 
         Raises
         ------
@@ -189,7 +192,8 @@ class Result(Record):
         if target.suffix not in encoders:
             raise ValueError(f"the name of a result's file ends in one of {', '.join((*encoders, *TABLE_FILES))}")
         document = self.json_document(self._document) if target.suffix == ".json" else self._document
-        target.write_bytes(encoders[target.suffix](document, self.meta))
+        shown = {_SHOWN_UNITS: self.shown_units} if self.shown_units else {}
+        target.write_bytes(encoders[target.suffix](document, self.meta | shown))
         return target
 
     def to_xarray(self) -> xarray.Dataset:
@@ -313,9 +317,10 @@ def _result_from(document: Document, meta: Mapping[str, Any]) -> Result:
     if layout != VERSION:
         raise ResultFormatError(f"the result has layout {layout}, and this version of grazemap reads layout {VERSION}")
     try:
-        result = class_of(meta["process"], document).from_document(document, dict(meta))
+        own = {name: value for name, value in meta.items() if name != _SHOWN_UNITS}
+        result = class_of(meta["process"], document).from_document(document, own)
         _ = result.units  # pictures and Datasets need the request
-        return result
+        return result.in_units(*meta.get(_SHOWN_UNITS, ()))
     except (LookupError, TypeError, ValueError, AttributeError, OverflowError) as error:
         raise ResultFormatError("the document is not a result that this version can read") from error
 

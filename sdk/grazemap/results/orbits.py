@@ -27,6 +27,8 @@ _MULTIPLIERS = "Floquet multipliers, by decreasing modulus."
 _UNLIKE = "where the stops differ or one is absent"
 _GENERAL = "where the stops differ, or one of these varies"
 _GRAZES = "of grazes"
+CLOSED = "the curve is closed: it comes back to where it began"
+"""What `ends` of a closed branch say."""
 
 
 class PeriodicOrbit(Observed, Result, process="periodic-orbits", rows="impact"):
@@ -225,6 +227,11 @@ class OrbitBranch(
     def plot_multipliers(self, ax: Axes | None = None, **options: Unpack[PictureOptions]) -> Axes:
         """Draw the multipliers of all orbits and the unit circle, coloured by the parameter."""
         return draw(self, ax, options, "plot_multipliers")
+
+    @property
+    def closed(self) -> bool:
+        """Whether the branch comes back to where it began: its last point is within a step of its first."""
+        return set(self.ends) == {CLOSED}
 
     def knots(self) -> Knots:
         """Return the orbits and the special points in one order, and the kind of the orbits between them."""

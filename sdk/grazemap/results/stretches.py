@@ -64,7 +64,7 @@ def knots_of(branch: OrbitBranch) -> Knots:
     """Return the knots of a branch.
 
     Between two orbits the kind changes at special points. If there is no special point between orbits of different
-    kinds, the less regular kind is taken.
+    kinds, the less regular kind is taken. A closed branch ends with its first orbit.
     """
     speeds = branch.velocities * branch.stops
     kinds = np.where(branch.admissible, np.where(branch.stable, _STABLE, _UNSTABLE), _INADMISSIBLE)
@@ -82,7 +82,37 @@ def knots_of(branch: OrbitBranch) -> Knots:
             path += [_knot(branch, point, branch.phases[i]) for point in points]
             types += [point.type for point in points]
             between += kinds_between(str(kinds[i]), str(kinds[i + 1]), points)
-    return Knots(np.array(path), types, between)
+    whole = np.array(path)
+    if branch.closed:
+        again = first_again(whole, branch.phases.shape[1], _oscillator(branch))
+        whole = np.concatenate([whole, again])
+        types += [""] * len(again)
+        between += kinds_between(str(kinds[-1]), str(kinds[0]), []) * len(again)
+    return Knots(whole, types, between)
+
+
+def first_again(path: Floats, impacts: int, oscillator: Oscillator) -> Floats:
+    """Return the point with which a closed curve ends: its first one, or none where the last one lies beyond that.
+
+    Parameters
+    ----------
+    path : (n, d)
+        The points, with the phases of the impacts in the last columns. Those of the last point may differ by whole
+        periods from those of the first.
+    impacts : int
+        The number of phases.
+    oscillator : Oscillator
+        The oscillator with these orbits.
+
+    Returns
+    -------
+    (1, d) or (0, d)
+    """
+    first, turn = path[:1].copy(), oscillator.forcing_period(1.0)
+    first[:, -impacts:] -= np.round((first - path[-1:])[:, -impacts:] / turn) * turn
+    extent = np.ptp(path, axis=0)
+    last, ahead = np.diff(np.concatenate([path[-2:], first]), axis=0) / np.where(extent > 0.0, extent, 1.0)
+    return first if last @ ahead > 0.0 else first[:0]
 
 
 def stretches_of(branch: OrbitBranch) -> list[Stretch]:
@@ -116,7 +146,10 @@ def kinds_between(start: str, end: str, points: Sequence[SpecialPoint]) -> list[
 
 def _knot(branch: OrbitBranch, point: SpecialPoint, near: Floats) -> Floats:
     """Return parameter, speeds and phases of a special point; the phases are moved by whole periods close to `near`."""
-    divisor = Oscillator.model_validate(branch.meta["request"]["oscillator"]).common_divisor
-    phases, whole = point.phases[: len(near)], 2.0 * np.pi / divisor * branch.period
+    phases, whole = point.phases[: len(near)], _oscillator(branch).forcing_period(1.0) * branch.period
     turned = phases - np.round((phases - near) / whole) * whole
     return np.concatenate([[point.parameter], point.velocities[: len(near)] * branch.stops, turned])
+
+
+def _oscillator(branch: OrbitBranch) -> Oscillator:
+    return Oscillator.model_validate(branch.meta["request"]["oscillator"])

@@ -341,10 +341,14 @@ def _add_records(
 ) -> None:
     """Add a column for each field of some records that is a single value; a record inside has its name as prefix.
 
-    Arrays over a dimension of the result, whose length is in `lengths`, have a numbered column for each entry.
+    Arrays over a dimension of the result, whose length is in `lengths`, have a numbered column for each entry. The
+    label of a motion that is not periodic is its kind, as in legends.
     """
+    of_motions = any(field.name == "kind" for field in record)
     for field in record:
         values = [None if item is None else getattr(item, field.name) for item in items]
+        if field.name == "label" and of_motions:
+            values = [None if item is None else item.label or item.kind for item in items]
         if field.dims:
             if field.type == "float" and field.dims[0] in lengths:
                 for i in range(lengths[field.dims[0]]):

@@ -11,11 +11,13 @@ from pydantic import (
     Discriminator,
     SerializerFunctionWrapHandler,
     Tag,
+    ValidationError,
     model_serializer,
     model_validator,
 )
 
 from grazemap.later import Later
+from grazemap.units import OSCILLATOR, Refused, in_si
 from grazemap.wire import linear
 from grazemap.wire.base import LeftOut, NonEmpty, NonNegative, Positive, Request, invalid
 from grazemap.wire.orders import forced_orders
@@ -74,7 +76,8 @@ class Oscillator(Request):
     Parameters
     ----------
     units : {"nondimensional", "SI"}
-        Numbers are taken as they are in either case; nothing is rescaled.
+        Numbers are taken as they are in either case; nothing is rescaled. In SI they may be texts with a unit, as
+        "250 g", "12 N/mm", "0.1 N s/mm", "2 kN" or "0.2 mm".
     masses, stiffnesses : sequence of N floats, each > 0
         kg and N/m in SI.
     damping : float >= 0, or a sequence of N floats >= 0
@@ -96,6 +99,23 @@ class Oscillator(Request):
     bias : sequence of N floats, optional
         Static forces. "At rest" is then the static equilibrium.
     """
+
+    if not TYPE_CHECKING:  # which knows the arguments by the fields
+
+        def __init__(self, **fields: Any) -> None:
+            refused: list[Refused] = []
+            units = fields.get("units", "nondimensional")
+            converted = in_si({OSCILLATOR: fields}, units, refused)[OSCILLATOR]
+            if refused:
+                errors = [
+                    {"type": invalid(detail, allowed), "loc": tuple(pointer.split("/")[2:]), "input": None}
+                    for pointer, detail, allowed in refused
+                ]
+                raise ValidationError.from_exception_data(type(self).__name__, errors, hide_input=True)
+            super().__init__(**converted)
+
+        # Texts with a unit are for Python: pydantic does not call this for the oscillator in a body.
+        __init__.__pydantic_base_init__ = True
 
     # The docstring is for Python; in the API's document it would be one paragraph.
     model_config = ConfigDict(json_schema_extra={"description": _DESCRIPTION})

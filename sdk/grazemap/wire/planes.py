@@ -62,7 +62,6 @@ _LISTS = ("masses", "stiffnesses", "dampings")
 _INDEXED = re.compile(rf"({'|'.join(_LISTS)})\[([1-9][0-9]*)\]")
 _PATTERN = rf"^({'|'.join((*_PLAIN_NAMES, *OF_STOPS))}|({'|'.join(_LISTS)})\[[1-9][0-9]*\])$"
 ALLOWED = f"one of {', '.join((*_PLAIN_NAMES, *OF_STOPS))}, masses[i], stiffnesses[i], dampings[i], with i from 1"
-_UNITS = {**UNITS, "masses": "kg", "stiffnesses": "N/m", "dampings": "N s/m"}
 _POSITIVE = ("omega", "clearance", "forcing", "masses", "stiffnesses")
 _NOT_NEGATIVE = ("damping", "dampings")
 
@@ -90,7 +89,7 @@ class _Varying(Request):
 
 def unit_of(name: str) -> str:
     """Return the unit of a parameter in SI; empty if it has none."""
-    return _UNITS.get(name.partition("[")[0], "")
+    return UNITS.get(name.partition("[")[0], "")
 
 
 class Axis(_Varying):

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from grazemap.results.orbits import CLOSED
 from grazemap.wire import Oscillator
 from grazemap_core.continuation import special_points
 from grazemap_worker.processes.conversion import core_oscillator
@@ -56,6 +57,17 @@ def test_an_orbit_beyond_a_special_point_is_a_request(
         branch = whole("orbit-branches", {**asked, **bounds})
         assert branch["stops"].tolist() == orbit["stops"].tolist()
         assert any(abs(other["parameter"] - point["parameter"]) < 1e-9 for other in branch["special_points"])
+
+
+def test_a_closed_branch_says_so_in_the_words_that_pictures_know() -> None:
+    branch = whole(
+        "orbit-branches",
+        {"omega": 0.318, "clearance": 2.0125, "motion": {"period": 1, "stops": [1, -1]}}
+        | {"vary": "omega", "range": {"start": 0.15, "stop": 0.5}},
+    )
+    assert set(branch["ends"]) == {CLOSED}
+    steps = np.abs(np.diff(branch["parameter"]))
+    assert abs(branch["parameter"][0] - branch["parameter"][-1]) < 2.0 * steps[-1]
 
 
 def test_a_special_point_that_is_a_guess_says_why(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -332,6 +332,9 @@ IN_UNITS = {
         "axis": axis("clearance", start=0.001, stop=0.005, points=4),
         "omega": 20.0,
     },
+    f"{LINE} masses[1] --range 1kg:2000g:3 --omega 20 --clearance 5mm": {
+        "axis": axis("masses[1]", start=1.0, stop=2.0, points=3)
+    },
     f"{LINE} omega --range 1Hz,2Hz, --clearance 5mm": {
         "axis": {"vary": "omega", "values": [2.0 * math.pi, 4.0 * math.pi]},
         "clearance": 0.005,
@@ -353,6 +356,18 @@ def test_frequencies_and_lengths_may_have_units_in_si(run, service, words):
     (job,) = service.jobs.values()
     request = parse_request(job["process"], job["request"]).canonical()
     assert {name: request[name] for name in IN_UNITS[words]} == IN_UNITS[words]
+
+
+def test_the_fields_of_an_oscillator_may_have_units_in_si(run, service):
+    words = "--units SI --masses 500g,2kg --stiffnesses 2N/mm,8kN/m --forcing-law unbalance --base-stops-move"
+    lists = ["--damping", "1.5 N s/m,0.006N s/mm", "--forcing-amplitude", "3 kg mm,0", "--base-amplitude", "0.2 mm"]
+    assert run(*CURVE.split(), *words.split(), *lists) == 0
+    (job,) = service.jobs.values()
+    oscillator = job["request"]["oscillator"]
+    assert (oscillator["masses"], oscillator["stiffnesses"]) == ([0.5, 2.0], [2000.0, 8000.0])
+    (force,) = oscillator["forcing"]
+    assert (oscillator["damping"], force["amplitude"]) == ([1.5, 6.0], [0.003, 0.0])
+    assert oscillator["base"]["amplitude"] == 0.0002
 
 
 def test_units_are_of_the_oscillator_in_json_too(run, service, tmp_path, capsys):

@@ -6,6 +6,7 @@ from matplotlib import pyplot
 from matplotlib.text import Text
 
 from grazemap.plots import save_picture
+from grazemap.plots.layout import legend_below, settle
 from grazemap.plots.styles import STYLES
 from grazemap.results import UnfoldingMap
 from grazemap.results.pictures import PICTURES, plots
@@ -114,6 +115,19 @@ def test_a_legend_inside_keeps_off_the_data_and_one_outside_leaves_room_for_the_
     narrow.figure.canvas.draw()
     assert narrow.get_window_extent().width > 0.6 * narrow.figure.bbox.width
     assert faults(narrow.figure) == []
+
+
+def test_a_legend_below_has_columns_also_where_one_text_is_long():
+    ax = pyplot.figure(figsize=(COLUMN.width, 2.6), layout="constrained").add_subplot()
+    names = [f"curve {number}" for number in range(7)] + ["a curve with a name that is long, so that it has two lines"]
+    lines = [ax.plot([0.0, 1.0], [number, number], label=name)[0] for number, name in enumerate(names)]
+    settle(ax.figure)
+    alone = ax.legend(lines, names, fontsize=COLUMN.legend, labelspacing=0.0).get_window_extent()
+    legend = legend_below(ax, lines, names, fontsize=COLUMN.legend)
+    assert legend.get_window_extent().height < 0.6 * alone.height
+    assert legend.get_window_extent().width <= ax.figure.bbox.width
+    assert [text.get_text() for text in legend.get_texts()][:7] == names[:7]
+    assert " ".join(legend.get_texts()[-1].get_text().split()) == names[-1]
 
 
 def test_impact_speeds_do_not_run_below_zero():

@@ -22,6 +22,7 @@ from grazemap.plots.smooth import smooth_line
 from grazemap.plots.trajectory import history_with_impacts
 from grazemap.results import MotionShare
 from grazemap.results.observables import Quantity
+from grazemap.results.orbits import CLOSED
 from grazemap.results.pictures import PICTURES, draw, plots
 from grazemap.results.stretches import Stretch
 from grazemap.wire import motion_label
@@ -32,6 +33,7 @@ from tests.support.sdk_documents import (
     CHANCE,
     DRAWN,
     MANY,
+    MOTIONS,
     POINTS,
     document,
     in_si,
@@ -123,13 +125,18 @@ def test_an_adaptive_map_shows_what_was_computed():
     assert legend(umap.plot()) == legend(result_of("unfolding-maps").plot())
 
 
+def strokes_of(ax):
+    """Return the lines of strokes of a picture, without their sample in the legend."""
+    return [line for line in ax.lines if isinstance(line.get_marker(), list) and len(line.get_xdata())]
+
+
 @pytest.mark.parametrize("process", ["unfolding-maps", "basins"])
 def test_sensitive_points_are_hatched_and_their_share_is_in_the_legend(process):
     sensitive = np.array([[False, True, False], [False, False, True]])
     result = result_of(process, {"sensitive": sensitive})
     ax = result.plot()
     assert legend(ax)[-1] == "sensitive (33.3%)"
-    (strokes,) = (line for line in ax.lines if line.get_label() == legend(ax)[-1])
+    (strokes,) = strokes_of(ax)
     x, y = (result.omega, result.clearance) if process == "unfolding-maps" else (result.horizontal, result.vertical)
     np.testing.assert_array_equal(strokes.get_xydata(), [(x[1], y[0]), (x[2], y[1])])
     assert not any("sensitive" in entry for entry in legend(result_of(process).plot()))
@@ -140,11 +147,29 @@ def test_many_sensitive_points_have_a_stroke_a_block_and_single_ones_their_own()
     sensitive[:12, :16] = True
     sensitive[31, 2] = True
     sensitive[[24, 27], [56, 59]] = True
-    rows, columns = one_in_each_block(sensitive, 4, 8)
+    rows, columns, shares = one_in_each_block(sensitive, 4, 8)
     points = list(zip(rows.tolist(), columns.tolist(), strict=True))
     assert {(31, 2), (27, 59)} < set(points)
     assert sensitive[rows, columns].all()
     assert len({(row // 4, column // 8) for row, column in points}) == len(points) == 3 * 2 + 2
+    assert sorted(shares.tolist()) == [1 / 32, 2 / 32, *[1.0] * 6]
+
+
+def test_a_single_sensitive_point_of_a_dense_map_is_not_drawn_as_an_area():
+    umap = map_of([(1, 1, 1)], shape=(400, 600))
+    sensitive = np.zeros(umap.kind.shape, np.bool_)
+    sensitive[:100, :100] = True
+    sensitive[300, 500] = True
+    ax = replace(umap, sensitive=sensitive).plot()
+    longest = {
+        place: max(line.get_markersize() for line in strokes_of(ax) if np.any(inside(line.get_xdata())))
+        for place, inside in (
+            ("area", lambda x: x < umap.omega[90]),
+            ("alone", lambda x: x == umap.omega[500]),
+        )
+    }
+    assert longest["alone"] <= 0.5 * longest["area"]
+    assert sum(len(line.get_xdata()) for line in strokes_of(ax) if np.any(line.get_xdata() == umap.omega[500])) == 1
 
 
 def test_a_large_map_is_drawn_as_an_image_with_its_regions_named(monkeypatch):
@@ -510,6 +535,59 @@ def test_a_branch_that_goes_back_as_its_mirror_image_has_two_stretches_and_is_dr
     speeds = {text.get_text(): text.xy[1] - 0.25 for text in ax.texts}
     assert speeds == pytest.approx({"r": 0.3 * np.sqrt(0.5), "l": -0.3 * np.sqrt(0.5)})
     assert not branch.plot(labels=False).texts
+
+
+def round_trip(turns, away=0.0):
+    """Return a closed branch along a circle of the parameter and the speed, at parts of a turn.
+
+    `away` is what is added to the phases of the impact in a turn.
+    """
+    around = 2.0 * np.pi * turns
+    return result_like(
+        "OrbitBranch",
+        {"multiplier": 6},
+        parameter=2.0 + np.cos(around),
+        stops=[1],
+        symmetric=False,
+        phases=(0.5 + 0.1 * np.sin(around) + away * turns)[:, None],
+        velocities=0.25 + 0.1 * np.sin(around)[:, None],
+        ends=[CLOSED, CLOSED],
+    )
+
+
+@pytest.mark.parametrize("away", [0.0, 2.0 * np.pi])
+def test_a_closed_branch_is_drawn_closed(away):
+    branch = round_trip(np.arange(1, 25) / 24.0, away)
+    (line,) = (line for line in branch.plot().lines if line.get_label() == "stable")
+    drawn = line.get_xydata()[1:]
+    np.testing.assert_allclose(drawn[-1], drawn[0])
+    assert np.hypot(drawn[:, 0] - 2.0, (drawn[:, 1] - 0.25) / 0.1) == pytest.approx(1.0, abs=0.01)
+    assert branch.stretches()[-1].ends == branch.parameter[0]
+
+
+def test_nothing_goes_back_to_the_beginning_where_a_closed_branch_overlaps_itself():
+    branch = round_trip(np.arange(1, 26) / 24.2)
+    (line,) = (line for line in branch.plot().lines if line.get_label() == "stable")
+    turned = np.unwrap(np.arctan2(line.get_ydata()[1:] - 0.25, 0.1 * (line.get_xdata()[1:] - 2.0)))
+    assert (np.diff(turned) > 0.0).all()
+
+
+def test_a_closed_bifurcation_curve_is_drawn_closed():
+    around = np.linspace(0.0, 6.0, 20)
+    curve = dict(document(MOTIONS)["curves"][0], ends=np.array(["closed", "closed"]))
+    curve |= {"omega": 0.25 + 0.02 * np.cos(around), "clearance": 1.55 + 0.02 * np.sin(around)}
+    curve |= {name: np.tile(curve[name][0], (20, 1)) for name in ("phases", "velocities")}
+    curve["impact_velocity"] = np.full(20, 0.1)
+    line = result_of(MOTIONS, {"curves": [curve]}).plot().lines[0].get_xydata()
+    np.testing.assert_array_equal(line[-1], line[0])
+
+
+def test_a_quantity_of_a_closed_branch_is_drawn_closed():
+    branch = round_trip(np.arange(24) / 24.0)
+    power = {"dissipated_power": np.sin(np.linspace(0.0, 6.0, 24))}
+    ax = replace(branch, **power).plot("dissipated_power")
+    (line,) = (line for line in ax.lines if line.get_label() == "stable")
+    np.testing.assert_array_equal(line.get_xydata()[-1], line.get_xydata()[0])
 
 
 def test_a_branch_of_a_single_orbit_has_a_picture():

@@ -58,6 +58,24 @@ def test_the_points_of_a_map_are_those_of_its_arrays():
             assert point["kind"] == umap.kinds[umap.kind[row, column]]
 
 
+@pytest.mark.parametrize(
+    ("process", "table", "column"),
+    [
+        ("basins", "attractors", "label"),
+        ("basin-fractions", "attractors", "label"),
+        ("bifurcation-diagrams", "sections", "motion_label"),
+    ],
+)
+def test_a_motion_that_is_not_periodic_has_its_kind_for_a_label_as_in_the_legend(process, table, column, tmp_path):
+    result = result_of(process)
+    shown = result.to_dataframe(table)
+    kinds = shown[column.replace("label", "kind")]
+    others = kinds != "periodic"
+    assert others.any()
+    assert shown[column][others].tolist() == kinds[others].tolist()
+    assert pd.read_csv(result.save(tmp_path / "motions.csv", table))[column].tolist() == shown[column].tolist()
+
+
 def test_heads_have_units_and_floats_all_digits(tmp_path):
     curve = result_of("grazing-curves of one stop")
     with curve.save(tmp_path / "curve.csv").open(newline="") as file:
