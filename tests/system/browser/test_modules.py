@@ -76,9 +76,14 @@ def test_no_two_motions_of_a_legend_look_the_same_and_no_other_as_one_of_them(pa
     assert len({look["colour"] for look in looks[:LEGEND]}) == LEGEND  # without stripes while there are colours
 
 
-def test_a_motion_keeps_its_look_while_no_other_takes_it(page: Page) -> None:
-    before, after, again = page.evaluate(SEEN, [MET[:4], [*MANY[:10], *MET[:4]], MET[:4]])
-    assert before == after[10:] == again
+def test_a_look_depends_on_what_is_seen_together_and_not_on_what_came_before(page: Page) -> None:
+    seen = [*MET, *MANY[:10]]
+    first, _, backwards, again = page.evaluate(SEEN, [seen, MANY, seen[::-1], seen])
+    assert first == backwards[::-1] == again
+    # more complicated motions leave a simple one its look
+    simple = ["2-3r-4l", "3-7r-7l"]
+    alone, among = page.evaluate(SEEN, [simple, [*simple, *MANY[:10]]])
+    assert alone == among[:2]
     # those that come into the legend have a colour without stripes, whatever had it before
     few, many = MANY[:LEGEND], MANY[LEGEND:]
     _, looks = page.evaluate(SEEN, [[*many, *few], [*few, *many]])
