@@ -12,6 +12,7 @@ import { LAYERS, paint, rangeOf, reading, shares, withoutRemedy } from "./layers
 import { Legend } from "./legend.js";
 import { Living } from "./living.js";
 import { MachineForm } from "./machine.js";
+import { closeMenus } from "./menus.js";
 import { Overview } from "./overview.js";
 import { USUAL, intervalAbout, isUsual, parameter, placeOf, valueOf } from "./parameters.js";
 import { Plane } from "./plane.js";
@@ -146,6 +147,8 @@ const pointForm = new PointForm({
     const { x: across, y: up } = domains();
     plane.go({ x: around(x, state.x, across), y: around(y, state.y, up) }, { now: true });
     open([x, y]);
+    byId("view-section").open = false;
+    byId("point-name").focus();
   },
 });
 const planeForm = new PlaneForm({
@@ -475,6 +478,7 @@ byId("point-section").addEventListener("keydown", ({ key }) => key === "Escape" 
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", refresh);
 addEventListener("popstate", restore);
 listJobs();
+closeMenus();
 offer(() => {
   const { x: across, y: up } = plane.centre;
   const middle = ({ x: [left, right], y: [low, high] }) =>
