@@ -4,6 +4,8 @@ import { serve } from "./api.js";
 import * as address from "./address.js";
 import { Curves, NAMES } from "./curves.js";
 import { byId, element, isPhone } from "./dom.js";
+import { hasControl, isFramed, showControls } from "./embed.js";
+import { Gallery } from "./gallery.js";
 import { listJobs } from "./jobs.js";
 import { Gestures } from "./gestures.js";
 import { Colours } from "./labels.js";
@@ -42,6 +44,7 @@ const STANDARD = {
   curves: "grazing",
   borders: false,
   at: null,
+  embed: null,
 };
 
 const palette = await (await fetch("static/palette.json")).json();
@@ -81,7 +84,7 @@ const act = {
   },
   settled: () => remember(),
   pick: (at, { byKey = false } = {}) => {
-    if (!plane.holds(at)) return;
+    if (!plane.holds(at) || !hasControl(state.embed, "point")) return;
     open(ofPixel(at));
     if (byKey) byId("point-name").focus();
   },
@@ -92,6 +95,8 @@ const act = {
     orderAgain();
   },
   home: () => plane.go(first(), { now: true }),
+  // a page of others scrolls on over the plane until a press is on it
+  takesWheel: () => !isFramed || document.activeElement === plane.canvas,
   mayZoomIn: () => {
     const { x: across, y: up } = levels();
     return !across.ended && !up.ended && !roundOffDecides();
@@ -241,9 +246,13 @@ function orderAgain() {
 function remember() {
   tiles.forgive();
   const hash = address.write(state, STANDARD);
-  if (hash !== location.hash) history.pushState(null, "", hash);
+  // the history of a frame is that of the page around it
+  if (hash !== location.hash) history[isFramed ? "replaceState" : "pushState"](null, "", hash);
+  showEmbedded();
   overview.show(state.machine, isUsual(state.plane) ? state : null);
 }
+
+const showEmbedded = () => showControls(state.embed, address.write({ ...state, embed: null }, STANDARD));
 
 // Shows what the address says.
 function restore() {
@@ -261,6 +270,7 @@ function restore() {
   if (!state.at) point.clear();
   else if (differs("at") || differs("machine") || differs("plane")) openPanel();
   overview.show(state.machine, isUsual(state.plane) ? state : null);
+  showEmbedded();
 }
 
 // A point with the digits that a pixel has.
@@ -284,6 +294,7 @@ const around = (value, [low, high], [least, most]) => {
 };
 
 function openPanel() {
+  if (!hasControl(state.embed, "point")) return;
   if (innerHeight < ROOMY) byId("legend-section").open = false;
   point.show({ ...state, note: plane.markText({ x: state.at[0], y: state.at[1] }) });
 }
@@ -441,6 +452,12 @@ function described({ label, verified, sensitive, preview, reason, exponent, spee
 serve({
   key: () =>
     new Promise((resolve) => {
+      if (isFramed) {
+        // a page of others might imitate the question, or lay something over it
+        troubleText = "This service needs a key: open its page by itself.";
+        refresh();
+        return;
+      }
       const dialog = byId("key-dialog");
       dialog.showModal();
       dialog.addEventListener("close", () => resolve(dialog.querySelector("input").value), { once: true });
@@ -474,6 +491,11 @@ byId("home").addEventListener("click", act.home);
 byId("point-section").addEventListener("keydown", ({ key }) => key === "Escape" && plane.canvas.focus());
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", refresh);
 addEventListener("popstate", restore);
+new Gallery({
+  addressOf: (at) => address.write({ ...STANDARD, ...at }, STANDARD),
+  decode: (buffer) => tiles.decode(buffer),
+  palette,
+});
 listJobs();
 offer(() => {
   const { x: across, y: up } = plane.centre;
@@ -495,7 +517,8 @@ const asked = address.mapOf(location.hash);
 const stored = asked && (await storedMap(asked).catch((error) => error));
 if (asked) {
   const { machine, x, y } = stored;
-  const there = machine ? { ...STANDARD, machine: { ...STANDARD.machine, ...machine }, x, y } : STANDARD;
+  const { embed } = state;
+  const there = machine ? { ...STANDARD, machine: { ...STANDARD.machine, ...machine }, x, y, embed } : STANDARD;
   history.replaceState(null, "", address.write(there, STANDARD));
 }
 form.show(state.machine);

@@ -16,8 +16,8 @@ export class Plane {
   #settling = null;
   #frame = null;
 
-  // `act` has moved(view), resized(), settled(view), pick(point), point(place on the canvas or null), home() and
-  // mayZoomIn().
+  // `act` has moved(view), resized(), settled(view), pick(point), point(place on the canvas or null), home(),
+  // takesWheel() and mayZoomIn().
   constructor(canvas, act) {
     Object.assign(this, { canvas, act, view: null, scene: {}, domains: null });
     new ResizeObserver(() => {
