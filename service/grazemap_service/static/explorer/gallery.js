@@ -9,8 +9,8 @@ import * as requests from "./requests.js";
 
 // a preview, of few points along a side, comes before what the plane below asks for, the rest after it
 const STEPS = [
-  { points: 24, priority: 7, preview: true },
-  { points: 48, priority: 1, preview: false },
+  { points: 24, priority: 7, preview: true, atOnce: 3 },
+  { points: 48, priority: 1, preview: false, atOnce: 1 },
 ];
 
 const rangeIn = ([low, high], points) => {
@@ -49,22 +49,27 @@ export class Gallery {
     return { place, canvas, motions, points: 0, item: element("li", {}, link) };
   }
 
-  // Draws coarse pictures soon, then fine ones where nothing else is asked for: one after another, as they hold up nothing.
+  // Draws coarse pictures soon, then fine ones where nothing else is asked for.
   async #draw(signal) {
-    for (const step of STEPS)
-      for (const card of this.#cards) {
-        if (card.points >= step.points) continue;
-        try {
-          await this.#picture(card, step, signal);
-          card.points = step.points;
-        } catch (error) {
-          if (isAborted(error)) return;
-          card.motions.textContent = error.message;
-        }
-      }
+    for (const step of STEPS) {
+      const left = this.#cards.filter(({ points }) => points < step.points);
+      const oneByOne = async () => {
+        for (let card = left.shift(); card && !signal.aborted; card = left.shift()) await this.#picture(card, step, signal);
+      };
+      await Promise.all(Array.from({ length: step.atOnce }, oneByOne));
+    }
   }
 
-  async #picture({ place, canvas, motions }, { points, priority, preview }, signal) {
+  async #picture(card, step, signal) {
+    try {
+      await this.#paint(card, step, signal);
+      card.points = step.points;
+    } catch (error) {
+      if (!isAborted(error)) card.motions.textContent = error.message;
+    }
+  }
+
+  async #paint({ place, canvas, motions }, { points, priority, preview }, signal) {
     const { machine, plane, x, y, layer, shows } = place;
     const request = requests.map(machine, plane, rangeIn(x, points), rangeIn(y, points), { preview });
     const { data } = await compute("unfolding-maps", request, { npz: true, priority, signal });

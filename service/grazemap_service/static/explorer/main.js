@@ -26,6 +26,7 @@ import { Sliders } from "./sliders.js";
 import { offer } from "./takehome.js";
 import { rounded, toRead } from "./ticks.js";
 import { storedMap } from "./stored.js";
+import { Story } from "./story.js";
 import { Tiles } from "./tiles.js";
 import { named, unitOf } from "./units.js";
 
@@ -49,6 +50,7 @@ const STANDARD = {
 
 const palette = await (await fetch("static/palette.json")).json();
 const colours = new Colours(palette);
+const isBare = !location.hash && !isFramed;
 let state = address.read(location.hash, STANDARD);
 let ofPoint = { lines: [], marks: [] }; // what the point draws into the plane
 let before = []; // the tiles that were in sight last, until those of another machine come
@@ -119,6 +121,7 @@ const point = new PointPanel({
   },
 });
 const living = new Living(byId("living"));
+const story = new Story({ changed: () => refresh() });
 // The window to begin with.
 function first() {
   if (isUsual(state.plane)) {
@@ -280,6 +283,7 @@ function ofPixel({ x, y }) {
 }
 
 function open(at) {
+  story.end();
   state.at = at;
   openPanel();
   remember();
@@ -357,10 +361,20 @@ function show() {
   pointForm.show(state);
   legend.show(state, motions, range);
   legend.explain(plane.scene, state);
+  story.look({
+    window: state,
+    centre: plane.centre,
+    line: curves.lines()[0],
+    labelAt: (x, y) => heard(reading(seenTiles, x, y)),
+    placeOf: (at) => plane.place(at),
+  });
   sliders.show(state);
   say(seenTiles);
   live(seenTiles);
 }
+
+// The label of a motion with a rhythm of impacts; null of others.
+const heard = (known) => (known && /^\d/.test(known.label) && !/-\(-1\)r-\(-1\)l$/.test(known.label) ? known.label : null);
 
 // Where the steady motion touches a stop: of each tile where no finer one is over it.
 function grazes(seenTiles) {
@@ -420,7 +434,7 @@ function say(seenTiles = seen()) {
 // Shows the machine of the point under the pointer, or of the middle of the plane, in its motion there.
 function live(seenTiles = seen()) {
   if (choosing || !plane.view || (isPhone() && state.at)) return living.hide();
-  rested = place ?? rested ?? plane.middle;
+  rested = place ?? (story.point && plane.place(story.point)) ?? rested ?? plane.middle;
   const here = rested;
   const value = plane.value(here);
   if (!plane.holds(value)) return living.hide();
@@ -491,6 +505,14 @@ byId("home").addEventListener("click", act.home);
 byId("point-section").addEventListener("keydown", ({ key }) => key === "Escape" && plane.canvas.focus());
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", refresh);
 addEventListener("popstate", restore);
+plane.canvas.addEventListener("pointerdown", () => story.end());
+byId("story-again").addEventListener("click", () => {
+  history.pushState(null, "", location.pathname);
+  restore();
+  byId("about-section").open = false;
+  story.begin();
+  byId("story-next").focus();
+});
 new Gallery({
   addressOf: (at) => address.write({ ...STANDARD, ...at }, STANDARD),
   decode: (buffer) => tiles.decode(buffer),
@@ -524,6 +546,7 @@ if (asked) {
 form.show(state.machine);
 restore();
 if (state.at) openPanel();
+if (isBare && !Story.wasSeen) story.begin();
 if (stored instanceof Error) fail(stored);
 else if (stored?.points)
   tiles

@@ -57,6 +57,9 @@ export class Plane {
   #py(y) {
     return ((this.view.y[1] - y) / (this.view.y[1] - this.view.y[0])) * this.height;
   }
+  place({ x, y }) {
+    return { px: this.#px(x), py: this.#py(y) };
+  }
   value({ px, py }) {
     const { x, y } = this.view;
     return {
