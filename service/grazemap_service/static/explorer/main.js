@@ -79,7 +79,10 @@ function fail(error) {
 const tiles = new Tiles({ changed: () => refresh(), failed: fail });
 const curves = new Curves({ changed: () => refresh(), failed: fail, palette });
 const act = {
-  moved: (view) => change(view),
+  moved: (view) => {
+    story.end();
+    change(view);
+  },
   resized: () => {
     ask();
     refresh();
@@ -365,16 +368,13 @@ function show() {
     window: state,
     centre: plane.centre,
     line: curves.lines()[0],
-    labelAt: (x, y) => heard(reading(seenTiles, x, y)),
+    labelAt: (x, y) => reading(seenTiles, x, y)?.label ?? null,
     placeOf: (at) => plane.place(at),
   });
   sliders.show(state);
   say(seenTiles);
   live(seenTiles);
 }
-
-// The label of a motion with a rhythm of impacts; null of others.
-const heard = (known) => (known && /^\d/.test(known.label) && !/-\(-1\)r-\(-1\)l$/.test(known.label) ? known.label : null);
 
 // Where the steady motion touches a stop: of each tile where no finer one is over it.
 function grazes(seenTiles) {

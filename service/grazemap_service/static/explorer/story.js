@@ -1,18 +1,24 @@
 // The story of the first visit: a small card says three things, while the machine moves to places of the plane that show
-// them. It ends at the first press on the plane, and is not shown again unless asked for.
-import { byId } from "./dom.js";
+// them. It ends when someone presses or moves the plane, and is not shown again unless asked for.
+import { byId, isPhone } from "./dom.js";
 import { forBrowser } from "./kept.js";
 import { besideLine, insides } from "./storyplaces.js";
 
 const SEEN = "grazemap-story";
 const STAYS = 2600; // milliseconds at a place
 const MOTIONS = 3;
-const POINTED_AT = 0.4; // of the window's width, where the curve is pointed at
-const PART = { x: [0.28, 0.54], y: [0.4, 0.92] }; // of the window, free of what floats
+// As shares of the window: where the curve is pointed at, how far from it points are, and the part that is free of what
+// floats, with room for the machine beside a point.
+const WIDE = { across: 0.4, apart: 0.12, part: { x: [0.28, 0.54], y: [0.4, 0.92] } };
+const PHONE = { across: 0.3, apart: 0.06, part: { x: [0.16, 0.36], y: [0.4, 0.85] } };
+const free = () => (isPhone() ? PHONE : WIDE);
+
+// A motion that repeats, with impacts.
+const hasRhythm = (label) => label !== null && /^\d/.test(label) && !label.endsWith("-(-1)r-(-1)l");
 
 const YOURS = "Drag, zoom, click: it is yours.";
 
-// What a step says, and the points that it shows, of a scene as `look` has it; null: what it needs has not come.
+// What a step says, and at its end, and the points that it shows, of a scene as `look` has it; null: what it needs has not come.
 const STORY = [
   {
     says: "This is a machine. It is shaken, and one of its masses moves between two stops.",
@@ -22,7 +28,7 @@ const STORY = [
     says: "Above this line it can move without touching its stops. Below it, it must hit them.",
     tag: "this line",
     points: ({ line, window }) => {
-      const beside = line && besideLine(line, window, POINTED_AT);
+      const beside = line && besideLine(line, window, free());
       return beside && [beside.above, beside.below];
     },
   },
@@ -30,8 +36,12 @@ const STORY = [
     says: "These colours are its rhythms. Each point of the plane is one machine, and its colour the rhythm of its impacts.",
     then: YOURS,
     points: ({ labelAt, window }) => {
-      const points = insides(labelAt, window, PART, MOTIONS);
-      return points.length ? points : null;
+      const rhythmAt = (x, y) => {
+        const label = labelAt(x, y);
+        return hasRhythm(label) ? label : null;
+      };
+      const points = insides(rhythmAt, window, free().part, MOTIONS);
+      return points.length === MOTIONS ? points : null;
     },
   },
 ];
@@ -72,10 +82,10 @@ export class Story {
   end() {
     if (!this.isTold) return;
     forBrowser.set(SEEN, "seen");
-    clearTimeout(this.#timer);
+    this.#leave();
     if (byId("story").contains(document.activeElement)) byId("plane").focus();
     byId("story").hidden = true;
-    this.#step = this.#points = null;
+    this.#step = null;
     this.#mark();
     this.changed();
   }
@@ -84,15 +94,14 @@ export class Story {
   look(scene) {
     this.#scene = scene;
     if (!this.isTold) return;
-    if (!this.#points) this.#find();
+    this.#find();
     this.#mark();
   }
 
   #go(step) {
-    clearTimeout(this.#timer);
+    this.#leave();
     if (step === STORY.length) return this.end();
     this.#step = step;
-    this.#points = null;
     byId("story-says").textContent = STORY[step].says;
     byId("story-step").textContent = `${step + 1} of ${STORY.length}`;
     byId("story-next").textContent = step + 1 < STORY.length ? "Next" : "Done";
@@ -101,22 +110,26 @@ export class Story {
     return this.changed();
   }
 
-  #find() {
-    this.#points = STORY[this.#step].points(this.#scene);
+  #leave() {
+    clearTimeout(this.#timer);
+    this.#points = this.#timer = null;
     this.#shown = 0;
-    if (this.#points) this.#stay();
   }
 
-  // Goes through the points of a step once.
-  #stay() {
+  // Looks for the points of the step, and stays at one from when its motion is known.
+  #find() {
+    this.#points ??= STORY[this.#step].points(this.#scene);
+    const { point } = this;
+    if (!point || this.#timer || this.#scene.labelAt(point.x, point.y) === null) return;
     this.#timer = setTimeout(() => {
-      const { says, then = "" } = STORY[this.#step];
-      if (this.#shown + 1 === this.#points.length) byId("story-says").textContent = `${says} ${then}`;
-      else {
-        this.#shown += 1;
-        this.#stay();
-        this.changed();
+      const { says, then } = STORY[this.#step];
+      if (this.#shown + 1 === this.#points.length) {
+        if (then) byId("story-says").textContent = `${says} ${then}`;
+        return;
       }
+      this.#timer = null;
+      this.#shown += 1;
+      this.changed();
     }, STAYS);
   }
 
@@ -124,7 +137,7 @@ export class Story {
   #mark() {
     const tag = STORY[this.#step]?.tag;
     const { line, window, placeOf } = this.#scene ?? {};
-    const on = tag && line && besideLine(line, window, POINTED_AT)?.on;
+    const on = tag && line && besideLine(line, window, free())?.on;
     const put = (id, point) => {
       const mark = byId(id);
       mark.hidden = !point;

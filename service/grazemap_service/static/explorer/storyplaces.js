@@ -1,7 +1,6 @@
 // Points of a window for the story to show: beside the grazing curve, and inside the regions of motions.
 
 const STEPS = 40; // of the part of a window in which regions are looked for, along a side
-const BESIDE = 0.12; // of the window's height, from the curve
 
 const along = ([low, high], share) => low + share * (high - low);
 
@@ -12,11 +11,12 @@ export function valueAt({ x: xs, y: ys }, x) {
   return ys[k - 1] + ((x - xs[k - 1]) / (xs[k] - xs[k - 1])) * (ys[k] - ys[k - 1]);
 }
 
-// The points of a line in a window, over a share of its width: on the line, above it and below; null: they are outside.
-export function besideLine(line, window, share) {
-  const x = along(window.x, share);
+// The points of a line in a window, over a share of its width: on the line, and a share of its height above it and below;
+// null: they are outside.
+export function besideLine(line, window, { across, apart }) {
+  const x = along(window.x, across);
   const y = valueAt(line, x);
-  const step = BESIDE * (window.y[1] - window.y[0]);
+  const step = apart * (window.y[1] - window.y[0]);
   if (y === null || y - step < window.y[0] || y + step > window.y[1]) return null;
   return { on: { x, y }, above: { x, y: y + step }, below: { x, y: y - step } };
 }
