@@ -1,5 +1,6 @@
 // The state of the page in the address: #omega=0.25..0.3125&clearance=1.25..2&layer=motion&at=0.28,1.6&machine={...}
 // Of a plane of other parameters: #horizontal=omega&vertical=restitution&omega=0.25..0.3125&restitution=0.5..1&clearance=1.6
+import { controlsOf } from "./embed.js";
 import { LAYERS } from "./layers.js";
 import { USUAL, isUsual, parameter } from "./parameters.js";
 import { SIDES } from "./sketch.js";
@@ -52,13 +53,14 @@ export function read(hash, standard) {
     curves: query.get("curves") === "all" ? "all" : standard.curves,
     borders: query.get("borders") === "explained",
     at: numbers(query.get("at"), ","),
+    embed: controlsOf(query),
     machine,
   };
 }
 
 const ends = ([low, high]) => [low, high].map((value) => rounded(value, SHARE * (high - low))).join("..");
 
-export function write({ x, y, plane, layer, curves, borders, at, machine }, standard) {
+export function write({ x, y, plane, layer, curves, borders, at, embed, machine }, standard) {
   const { horizontal, vertical, ...fixed } = plane;
   const query = new URLSearchParams({
     ...(!isUsual(plane) && { horizontal, vertical }),
@@ -70,6 +72,7 @@ export function write({ x, y, plane, layer, curves, borders, at, machine }, stan
   if (curves !== standard.curves) query.set("curves", curves);
   if (borders) query.set("borders", "explained");
   if (at) query.set("at", at.join(","));
+  if (embed) query.set("embed", embed.join(","));
   const { machine: usual } = standard;
   const own = Object.entries(machine).filter(([name, value]) => value !== usual[name]);
   if (own.length) query.set("machine", JSON.stringify(Object.fromEntries(own)));

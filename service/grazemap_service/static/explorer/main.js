@@ -4,6 +4,8 @@ import { serve } from "./api.js";
 import * as address from "./address.js";
 import { Curves, NAMES } from "./curves.js";
 import { byId, element, isPhone } from "./dom.js";
+import { hasControl, isFramed, showControls } from "./embed.js";
+import { Gallery } from "./gallery.js";
 import { listJobs } from "./jobs.js";
 import { Gestures } from "./gestures.js";
 import { Colours } from "./labels.js";
@@ -25,6 +27,7 @@ import { Sliders } from "./sliders.js";
 import { offer } from "./takehome.js";
 import { rounded, toRead } from "./ticks.js";
 import { storedMap } from "./stored.js";
+import { Story } from "./story.js";
 import { Tiles } from "./tiles.js";
 import { named, unitOf } from "./units.js";
 
@@ -43,10 +46,12 @@ const STANDARD = {
   curves: "grazing",
   borders: false,
   at: null,
+  embed: null,
 };
 
 const palette = await (await fetch("static/palette.json")).json();
 const colours = new Colours(palette);
+const isBare = !location.hash && !isFramed;
 let state = address.read(location.hash, STANDARD);
 let ofPoint = { lines: [], marks: [] }; // what the point draws into the plane
 let before = []; // the tiles that were in sight last, until those of another machine come
@@ -75,14 +80,17 @@ function fail(error) {
 const tiles = new Tiles({ changed: () => refresh(), failed: fail });
 const curves = new Curves({ changed: () => refresh(), failed: fail, palette });
 const act = {
-  moved: (view) => change(view),
+  moved: (view) => {
+    story.end();
+    change(view);
+  },
   resized: () => {
     ask();
     refresh();
   },
   settled: () => remember(),
   pick: (at, { byKey = false } = {}) => {
-    if (!plane.holds(at)) return;
+    if (!plane.holds(at) || !hasControl(state.embed, "point")) return;
     open(ofPixel(at));
     if (byKey) byId("point-name").focus();
   },
@@ -93,6 +101,8 @@ const act = {
     orderAgain();
   },
   home: () => plane.go(first(), { now: true }),
+  // a page of others scrolls on over the plane until a press is on it
+  takesWheel: () => !isFramed || document.activeElement === plane.canvas,
   mayZoomIn: () => {
     const { x: across, y: up } = levels();
     return !across.ended && !up.ended && !roundOffDecides();
@@ -115,6 +125,7 @@ const point = new PointPanel({
   },
 });
 const living = new Living(byId("living"));
+const story = new Story({ changed: () => refresh() });
 // The window to begin with.
 function first() {
   if (isUsual(state.plane)) {
@@ -244,9 +255,13 @@ function orderAgain() {
 function remember() {
   tiles.forgive();
   const hash = address.write(state, STANDARD);
-  if (hash !== location.hash) history.pushState(null, "", hash);
+  // the history of a frame is that of the page around it
+  if (hash !== location.hash) history[isFramed ? "replaceState" : "pushState"](null, "", hash);
+  showEmbedded();
   overview.show(state.machine, isUsual(state.plane) ? state : null);
 }
+
+const showEmbedded = () => showControls(state.embed, address.write({ ...state, embed: null }, STANDARD));
 
 // Shows what the address says.
 function restore() {
@@ -264,6 +279,7 @@ function restore() {
   if (!state.at) point.clear();
   else if (differs("at") || differs("machine") || differs("plane")) openPanel();
   overview.show(state.machine, isUsual(state.plane) ? state : null);
+  showEmbedded();
 }
 
 // A point with the digits that a pixel has.
@@ -273,6 +289,7 @@ function ofPixel({ x, y }) {
 }
 
 function open(at) {
+  story.end();
   state.at = at;
   openPanel();
   remember();
@@ -287,6 +304,7 @@ const around = (value, [low, high], [least, most]) => {
 };
 
 function openPanel() {
+  if (!hasControl(state.embed, "point")) return;
   if (innerHeight < ROOMY) byId("legend-section").open = false;
   point.show({ ...state, note: plane.markText({ x: state.at[0], y: state.at[1] }) });
 }
@@ -349,6 +367,13 @@ function show() {
   pointForm.show(state);
   legend.show(state, motions, range);
   legend.explain(plane.scene, state);
+  story.look({
+    window: state,
+    centre: plane.centre,
+    line: curves.lines()[0],
+    labelAt: (x, y) => reading(seenTiles, x, y)?.label ?? null,
+    placeOf: (at) => plane.place(at),
+  });
   sliders.show(state);
   say(seenTiles);
   live(seenTiles);
@@ -412,7 +437,7 @@ function say(seenTiles = seen()) {
 // Shows the machine of the point under the pointer, or of the middle of the plane, in its motion there.
 function live(seenTiles = seen()) {
   if (choosing || !plane.view || (isPhone() && state.at)) return living.hide();
-  rested = place ?? rested ?? plane.middle;
+  rested = place ?? (story.point && plane.place(story.point)) ?? rested ?? plane.middle;
   const here = rested;
   const value = plane.value(here);
   if (!plane.holds(value)) return living.hide();
@@ -444,6 +469,12 @@ function described({ label, verified, sensitive, preview, reason, exponent, spee
 serve({
   key: () =>
     new Promise((resolve) => {
+      if (isFramed) {
+        // a page of others might imitate the question, or lay something over it
+        troubleText = "This service needs a key: open its page by itself.";
+        refresh();
+        return;
+      }
       const dialog = byId("key-dialog");
       dialog.showModal();
       dialog.addEventListener("close", () => resolve(dialog.querySelector("input").value), { once: true });
@@ -477,6 +508,19 @@ byId("home").addEventListener("click", act.home);
 byId("point-section").addEventListener("keydown", ({ key }) => key === "Escape" && plane.canvas.focus());
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", refresh);
 addEventListener("popstate", restore);
+plane.canvas.addEventListener("pointerdown", () => story.end());
+byId("story-again").addEventListener("click", () => {
+  history.pushState(null, "", location.pathname);
+  restore();
+  byId("about-section").open = false;
+  story.begin();
+  byId("story-next").focus();
+});
+new Gallery({
+  addressOf: (at) => address.write({ ...STANDARD, ...at }, STANDARD),
+  decode: (buffer) => tiles.decode(buffer),
+  palette,
+});
 listJobs();
 closeMenus();
 offer(() => {
@@ -499,12 +543,14 @@ const asked = address.mapOf(location.hash);
 const stored = asked && (await storedMap(asked).catch((error) => error));
 if (asked) {
   const { machine, x, y } = stored;
-  const there = machine ? { ...STANDARD, machine: { ...STANDARD.machine, ...machine }, x, y } : STANDARD;
+  const { embed } = state;
+  const there = machine ? { ...STANDARD, machine: { ...STANDARD.machine, ...machine }, x, y, embed } : STANDARD;
   history.replaceState(null, "", address.write(there, STANDARD));
 }
 form.show(state.machine);
 restore();
 if (state.at) openPanel();
+if (isBare && !Story.wasSeen) story.begin();
 if (stored instanceof Error) fail(stored);
 else if (stored?.points)
   tiles

@@ -16,8 +16,8 @@ export class Plane {
   #settling = null;
   #frame = null;
 
-  // `act` has moved(view), resized(), settled(view), pick(point), point(place on the canvas or null), home() and
-  // mayZoomIn().
+  // `act` has moved(view), resized(), settled(view), pick(point), point(place on the canvas or null), home(),
+  // takesWheel() and mayZoomIn().
   constructor(canvas, act) {
     Object.assign(this, { canvas, act, view: null, scene: {}, domains: null });
     new ResizeObserver(() => {
@@ -56,6 +56,9 @@ export class Plane {
   }
   #py(y) {
     return ((this.view.y[1] - y) / (this.view.y[1] - this.view.y[0])) * this.height;
+  }
+  place({ x, y }) {
+    return { px: this.#px(x), py: this.#py(y) };
   }
   value({ px, py }) {
     const { x, y } = this.view;

@@ -44,7 +44,8 @@ export class Tiles {
     this.#decoding.delete(number);
   }
 
-  #decode(buffer) {
+  // What a map has as the arrays of a tile, from its npz.
+  decode(buffer) {
     const number = this.#number++;
     return new Promise((resolve, reject) => {
       this.#decoding.set(number, (tile) => (tile ? resolve(tile) : reject(new Error("A map cannot be read."))));
@@ -114,7 +115,7 @@ export class Tiles {
           this.changed();
         },
       });
-      const values = await this.#decode(data);
+      const values = await this.decode(data);
       if (preview) values.labels = values.labels.map((label) => (label === "unresolved" ? OPEN : label));
       this.#keep({
         ...values,
@@ -140,7 +141,7 @@ export class Tiles {
 
   // Shows a map that is there already, until finer tiles come.
   async add({ data, ...map }) {
-    this.#keep({ ...(await this.#decode(data)), ...map, preview: false });
+    this.#keep({ ...(await this.decode(data)), ...map, preview: false });
     this.changed();
   }
 
