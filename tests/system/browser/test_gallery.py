@@ -65,9 +65,7 @@ def test_a_place_shows_what_its_card_promises(visitor: Watched, url: str, number
     until(promised, 240)  # chaos is known from verified tiles
 
 
-def test_pictures_are_drawn_when_the_gallery_is_open_and_given_up_when_it_is_closed(
-    visitor: Watched, url: str
-) -> None:
+def test_pictures_are_drawn_when_the_gallery_is_open_and_given_up_when_it_is_closed(visitor: Watched, url: str) -> None:
     page = opened(visitor.page, url)
     drawn = "(canvases) => canvases.filter((canvas) => canvas.width < 100).length"
     soon(page, lambda: page.locator("#places canvas").evaluate_all(drawn) == PLACES)
