@@ -11,6 +11,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from tests.support.explorer_page import soon
 from tests.support.watched_page import Watched
+from tests.support.watching import until
 from tests.system.browser.conftest import watched_page
 
 pytestmark = pytest.mark.browser
@@ -53,6 +54,7 @@ def test_a_place_shows_what_its_card_promises(visitor: Watched, url: str, number
     assert place["shows"]
 
     def promised() -> bool:
+        page.wait_for_timeout(100)
         more = page.locator("#legend button:not([aria-pressed])")
         if more.count():
             more.evaluate("(button) => button.click()")
@@ -60,12 +62,10 @@ def test_a_place_shows_what_its_card_promises(visitor: Watched, url: str, number
         seen = buttons.evaluate_all("(buttons) => buttons.map(({ value }) => value)")
         return {*place["shows"]} <= {*seen}
 
-    soon(page, promised)
+    until(promised, 240)  # chaos is known from verified tiles
 
 
-def test_pictures_are_drawn_when_the_gallery_is_open_and_given_up_when_it_is_closed(
-    visitor: Watched, url: str
-) -> None:
+def test_pictures_are_drawn_when_the_gallery_is_open_and_given_up_when_it_is_closed(visitor: Watched, url: str) -> None:
     page = opened(visitor.page, url)
     drawn = "(canvases) => canvases.filter((canvas) => canvas.width < 100).length"
     soon(page, lambda: page.locator("#places canvas").evaluate_all(drawn) == PLACES)

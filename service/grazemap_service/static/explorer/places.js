@@ -46,9 +46,29 @@ export const PLACES = [
     layer: "exponent",
     shows: ["chaotic", "1-1r-1l", "1-2r-2l"],
   },
-  { ...hammer, says: "A hammer: begin at its grazing curve, and go down.", shows: ["1-1r-(-1)l", "2-1r-(-1)l", "1-2r-(-1)l"] },
-  { ...bumper, says: "The left stop is fixed, the right one moves away.", shows: ["1-(-1)r-1l", "1-1r-1l", "1-2r-1l"] },
-  { ...damper, says: "A ball in a box calms it by its impacts, often chaotic ones.", shows: ["1-1r-1l", "1-2r-2l", "chaotic"] },
-  { ...rotor, says: "Its force grows with the square of its speed.", shows: ["1-1r-1l", "3-1r-1l", "chaotic"] },
-  { ...rack, says: "The ground moves, and takes the stops along.", shows: ["1-1r-1l", "2-1r-1l", "chaotic"] },
+  {
+    ...hammer,
+    says: "A hammer on its spring. Begin at its grazing curve, and go down.",
+    shows: ["1-1r-(-1)l", "2-1r-(-1)l", "1-2r-(-1)l"],
+  },
+  {
+    ...bumper,
+    says: "The left stop is fixed, the right one moves away: then the left one alone is hit.",
+    shows: ["1-(-1)r-1l", "1-1r-1l", "1-2r-1l"],
+  },
+  {
+    ...damper,
+    says: "A ball between two walls of a shaken frame, which loses energy at each impact.",
+    shows: ["1-1r-1l", "1-2r-2l"],
+  },
+  {
+    ...rotor,
+    says: "A rotor between two stops: its force grows with the square of its speed.",
+    shows: ["1-1r-1l", "3-1r-1l"],
+  },
+  {
+    ...rack,
+    says: "The ground moves, and takes the stops along.",
+    shows: ["1-1r-1l", "2-1r-1l"],
+  },
 ];
