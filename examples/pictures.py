@@ -68,8 +68,8 @@ def clearance_of_a_hammer(client: Client) -> None:
     curve = client.grazing_curve(hammer, omega=("5 Hz", "16 Hz"), points=800, clearance={"left": None})
     ax = curve.plot(points=False, legend="none")
     frequency, gap = ax.lines[0].get_data()  # in Hz and mm
-    ax.fill_between(frequency, gap, 40, color="#FFF3C8")
-    ax.fill_between(frequency, 0, gap, color="#44CCFF")
+    ax.fill_between(frequency, gap, 40, color="#F9F5E1")
+    ax.fill_between(frequency, 0, gap, color="#90C4F1")
     ax.text(0.04, 0.9, "clear of the stop", transform=ax.transAxes)
     ax.text(0.45, 0.1, "knocks", transform=ax.transAxes)
     ax.margins(x=0)

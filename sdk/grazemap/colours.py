@@ -1,9 +1,10 @@
 """The colours of motions. All colours of pictures, and of the service's page, stand in palette.json.
 
-Any two colours of the palette differ by at least 12 in CIEDE2000, and by at least 8 as seen with deuteranopia, so that
-neighbouring areas of a picture can be distinguished. A motion that palette.json names has the same colour in every
-picture. For any other motion the label determines a colour; if another motion of the picture has it, the next free
-colour is used. To give motions the same colours in two pictures, pass the colours of one picture to the other.
+Any two colours of areas differ by at least 12 in CIEDE2000, and by at least 8 as seen with deuteranopia, so that
+neighbouring areas of a picture can be distinguished; so do those of lines and marks, which have a rim on areas. Motions
+that fill maps are quiet, rare ones are strong, and chaos is dark. A motion that palette.json names has the same colour
+in every picture. For any other motion the label determines a colour; if another motion of the picture has it, the next
+free colour is used. To give motions the same colours in two pictures, pass the colours of one picture to the other.
 """
 
 from __future__ import annotations

@@ -2,14 +2,16 @@
 
 It listens on GRAZEMAP_HOST and GRAZEMAP_PORT, or on a socket that its parent opened (GRAZEMAP_FD), so that a
 restart keeps the address. Without keys it refuses to be reached from other machines; see
-`ServiceSettings.check_exposed`.
+`ServiceSettings.check_exposed`. `grazemap up` runs the whole stack.
 """
 
 from __future__ import annotations
 
+import argparse
 import os
 import socket
 import sys
+from collections.abc import Sequence
 
 import structlog
 from pydantic import ValidationError
@@ -21,8 +23,9 @@ from grazemap_worker.logs import configure
 from grazemap_worker.redis_settings import USAGE_ERROR, refusal_text, unknown_variables
 
 
-def main() -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Serve until SIGINT or SIGTERM; return the exit status."""
+    argparse.ArgumentParser(prog="python -m grazemap_service", description=__doc__).parse_args(arguments)
     try:
         settings = ServiceSettings()
         configure(settings.log_level)

@@ -265,19 +265,6 @@ def _largest(orders: NDArray[np.int64], responses: Complexes) -> Floats:
     return np.asarray(largest)
 
 
-def resonant_amplitude(oscillator: Oscillator) -> float:
-    """Return the largest amplitude of the contact coordinate at a natural frequency, summed over harmonics.
-
-    It is infinite for a mode without damping that the forces drive, or huge, as round-off has it.
-    """
-    natural = natural_frequencies(oscillator)
-    try:
-        responses = _responses(oscillator, oscillator.orders, natural[natural > 0.0])
-    except np.linalg.LinAlgError:
-        return float("inf")
-    return float(np.abs(responses).max(axis=0, initial=0.0).sum())
-
-
 def _responses(oscillator: Oscillator, orders: Sequence[int], frequency: Floats) -> Complexes:
     """Return the complex amplitudes of the contact coordinate in harmonics at their frequencies (m,), (m, orders)."""
     mass, damping, stiffness = matrices(oscillator)

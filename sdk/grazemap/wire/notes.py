@@ -36,12 +36,8 @@ _APART = 1.02
 _STIFF, _FAST = 100.0, 10.0
 # The same where only the units of the result are missing.
 _STIFFER = 1000.0
-# The same where all links have one number below this.
-_WEAK_ALIKE, _RATIO = 1e-2, 0.5
 # Links damp high modes more than low ones: some do not oscillate in a machine whose lowest ratio is below this one.
 _STRONG = 0.4
-# A damping in SI of which the first mode has a smaller ratio may be a ratio itself.
-_WEAK = 7e-4
 # The damping ratio for which a note says gamma.
 _EXAMPLE = 0.02
 
@@ -139,9 +135,9 @@ def _lists(request: ProcessRequest) -> Iterator[Note]:
             yield Note(code="points-among-values", detail=detail)
 
 
-def _damping(oscillator: Oscillator) -> Iterator[Note]:
-    """Compare the damping ratios with those of a number that was meant as a ratio."""
-    if oscillator.units != "SI" or oscillator.matrices is not None or not np.any(oscillator.damping):
+def _damping(oscillator: Oscillator, is_ratio: bool) -> Iterator[Note]:
+    """Say what a damping is, where modes of a chain do not oscillate, or where it was probably meant as a ratio."""
+    if oscillator.matrices is not None or not np.any(oscillator.damping):
         return
     ratios, first = oscillator.damping_ratios, float(oscillator.natural_frequencies[0])
     if not first > 0.0:  # it is hidden by the rounding of the others
@@ -159,14 +155,11 @@ def _damping(oscillator: Oscillator) -> Iterator[Note]:
         largest = f", with damping ratios of up to {known.max():.4g}" if len(known) == len(ratios) else ""
         detail = f"{strong} of {len(ratios)} modes do not oscillate{largest}: {what}; {gamma}"
         yield Note(code="strong-damping", detail=detail)
-    elif 0.0 < ratios[0] < (_WEAK_ALIKE if _alike(oscillator.damping) else _WEAK):
-        detail = f"the damping ratio of the first mode is {ratios[0]:.2g}: {what}; {gamma}"
-        yield Note(code="weak-damping", detail=detail)
-
-
-def _alike(damping: float | list[float]) -> bool:
-    """Return whether all links have one number that may be a ratio."""
-    return isinstance(damping, list) and len(damping) > 1 and len({*damping}) == 1 and damping[0] < _RATIO
+    elif is_ratio:
+        given = np.max(oscillator.damping)
+        meant = f"the damping ratio of the first mode is {ratios[0]:.2g}, and {given:.2g} was probably meant as it"
+        code = "weak-damping" if ratios[0] < given else "strong-damping"
+        yield Note(code=code, detail=f"{meant}: {what}; {gamma}")
 
 
 def _period(request: ProcessRequest) -> Iterator[Note]:
@@ -254,7 +247,7 @@ def _other_units(request: ProcessRequest) -> Iterator[Note]:
         if slip.remedy:
             yield Note(code=slip.code, detail=f"{sizes_of(asked)}: {slip.remedy}")
     if not slips or any("damping" in slip.code for slip in slips):
-        yield from _damping(request.oscillator)
+        yield from _damping(request.oscillator, any(not slip.remedy for slip in slips))
 
 
 def _asked(request: ProcessRequest) -> Asked:

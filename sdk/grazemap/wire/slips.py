@@ -1,9 +1,8 @@
 """Numbers in SI that were probably meant in other units.
 
 The numbers of a request fit together: the frequencies asked for lie near natural ones, modes are damped by some per
-cent, the stops are of the order of the amplitude, and the contact moves as machines do. Each of these sizes has a range
-in which machines have it, and a request costs what its sizes are outside of their ranges. Where that is much, each slip
-is undone in turn: numbers that then cost little were probably meant in the other unit.
+cent, the stops are of the order of the amplitude, and the contact moves as machines do. How usual its sizes are makes a
+request more or less likely. Each slip is undone in turn, and told where that makes the request much likelier.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pydantic import ValidationError
 
 from grazemap.later import Later
-from grazemap.wire.linear import contact_equilibrium, grazing_clearance, matrices, resonant_amplitude
+from grazemap.wire.linear import contact_equilibrium, grazing_clearance, matrices
 from grazemap.wire.oscillator import Oscillator
 from grazemap.wire.structure import SIDES, Forcing, ModalDamping
 
@@ -26,41 +25,47 @@ else:
 
 Span = tuple[float, float]
 
-# For each size, in decades: the range in which machines have it, and how far outside of it one is as unlikely as the
-# slip of a unit.
+# For each size, in decades: the range in which most machines have it, and the standard deviation outside of it.
 _SIZES: dict[str, tuple[float, float, float]] = {
-    # a band of frequencies over the natural frequency that is nearest to it
-    "place": (-0.4, 0.35, 0.1),
-    # damping ratio of the lowest mode: a thousandth to four tenths
-    "damping": (-3.0, -0.4, 0.25),
-    # nearest stop over how far the steady motion goes, and over the geometric mean of that and a resonance
-    "near": (-2.7, math.inf, 0.3),
-    "far": (-math.inf, 0.7, 0.3),
-    # how far the steady motion goes over how far constant forces would move the contact
-    "gain": (-0.8, math.inf, 0.2),
-    # metres: a tenth of a micrometre to ten metres, near a resonance
-    "amplitude": (-7.0, 1.0, 0.35),
-    # m/s^2: a thousandth of the earth's to a thousand times it
-    "acceleration": (-2.0, 4.0, 0.5),
-    # m/s^2 of a base: up to ten times the earth's
-    "shaking": (-4.0, 2.0, 0.3),
-    # m/s of an eccentric mass about its axis: the grade of its balance, of which the worst engines have 4 m/s
-    "unbalance": (-7.0, -0.5, 0.3),
+    # a band of frequencies over a natural frequency; over the highest one if it is above it: up to twice
+    "place": (-0.1, 0.1, 0.15),
+    "above": (0.0, 0.3, 0.2),
+    # damping ratio of the lowest mode: from a metal part to a bolted structure
+    "damping": (-2.5, -1.3, 0.4),
+    # the largest damping ratio: a model leaves out what does not oscillate
+    "strongest": (-math.inf, -0.3, 0.2),
+    # nearest stop over how far the contact goes without it: impacts are asked about, and some are hard
+    "stop": (-1.3, 0.0, 0.7),
+    # metres: from a fit of 30 micrometres to a gap of 30 mm
+    "clearance": (-4.5, -1.5, 0.8),
+    # metres up to 30 mm, and m/s^2 from a tenth of the earth's to a hundred times it
+    "amplitude": (-4.0, -1.5, 0.8),
+    "acceleration": (0.0, 3.0, 0.7),
+    # m/s^2 of a base: from a smooth road to three times the earth's
+    "shaking": (-0.5, 1.5, 0.4),
+    # m/s of an eccentric mass about its axis: from 0.1 to 30 mm/s, the grades of balance of most rotors
+    "unbalance": (-4.0, -1.5, 0.4),
 }
-# What a request must cost before a slip is looked for, what a slip must save, what it may leave, and how much more
-# another one may leave.
-_SUSPICIOUS, _SAVED, _EXPLAINED, _AS_GOOD = 1.3, 1.1, 1.0, 0.5
-# Of so many slips that are as good, each is told.
-_TOLD = 3
+# The share of requests in which a size is any.
+_ODD = math.exp(-5.0)
+# One of so many requests is about frequencies above all resonances: few machines run there.
+_ABOVE = 5.0
+# The slowest mode is asked about so much less often than the one in which the contact is fastest.
+_SLOWEST = 0.1
+# What it costs that springs that are unlike have dampers that are alike; damping ratios often are.
+_COINCIDENCE = 2.5
+# A slip is told that makes a request seven times likelier where it is undone, and not twenty times less likely than the
+# best one does; at most so many.
+_LIKELIER, _AS_GOOD, _TOLD = math.log(7.0), math.log(20.0), 3
+# Where a request costs more, its numbers are hardly in SI.
+_UNLIKELY = 4.0
 _MILLI = 1e3
 # Requests may have sizes of any kind, whose products round to 0.
 _SMALLEST = 1e-300
 # Frequencies between the ends of a band at which the steady motion is looked at.
 _SAMPLES = 5
-# A stop at less than so many times what the steady motion reaches may be met.
-_WITHIN_REACH = 2.0
-# A band above the resonances counts as so much less far from them where a stop there may be met, or none is known.
-_KNOWN = 0.75
+# Impacts at two stops, or at one where the mass rests, raise a resonance up to so many times its frequency.
+_RAISED = 2.0
 # The share of the largest amplitude below which the contact does not see a mode.
 _SEEN = 1e-3
 # A square of a natural frequency below this share of the largest one is that of a free mode.
@@ -93,19 +98,36 @@ class Slip(NamedTuple):
     """Returns the request as it was meant; None where it has no such quantity."""
 
 
+class _Motion(NamedTuple):
+    """How the contact moves without a stop."""
+
+    band: Span
+    """The frequencies."""
+    natural: Any
+    """The natural frequencies of the modes that it sees, increasing."""
+    speeds: Any
+    """How fast it is at each of them."""
+    steady: float
+    """How far it goes in the band, from the equilibrium."""
+    farthest: float
+    """The same from where no spring is stretched."""
+    raised: float
+    """The same at the resonances, too, that impacts may raise into the band."""
+
+
 def is_likely(asked: Asked) -> bool:
     """Return whether a machine in SI has such numbers."""
-    return _cost(asked) < _SUSPICIOUS
+    return _cost(asked) < _UNLIKELY
 
 
 def slips_in(asked: Asked) -> list[Slip]:
     """Return the slips that explain the numbers of a request, the best one first, and those that are as good."""
-    cost = _cost(asked)
-    if cost < _SUSPICIOUS:
+    most = _cost(asked) - _LIKELIER
+    if most <= 0.0:
         return []
     left = [(_cost_of_undone(slip, asked), slip) for slip in SLIPS]
-    explained = sorted((pair for pair in left if pair[0] < min(cost - _SAVED, _EXPLAINED)), key=lambda pair: pair[0])
-    return [slip for cost, slip in explained if cost <= explained[0][0] + _AS_GOOD][:_TOLD]
+    explained = sorted((pair for pair in left if pair[0] < most), key=lambda pair: pair[0])
+    return [slip for cost, slip in explained if cost < explained[0][0] + _AS_GOOD][:_TOLD]
 
 
 def sizes_of(asked: Asked) -> str:
@@ -115,19 +137,24 @@ def sizes_of(asked: Asked) -> str:
     if len(natural):
         span = f"{natural[0]:.4g}" if len(natural) == 1 else f"{natural[0]:.4g} to {natural[-1]:.4g}"
         words.append(f"natural frequencies are {span} rad/s and the lowest damping ratio is {ratios[0]:.2g}")
-    sizes = dict(_sizes(asked))
-    if asked.omega is not None and "amplitude" in sizes:
+    if asked.omega is not None and math.isfinite(
+        moved := _motion(asked.oscillator, asked.omega, natural, ratios).steady
+    ):
         low, high = asked.omega
         where = f"at {low:.4g} rad/s" if low == high else f"from {low:.4g} to {high:.4g} rad/s"
-        words.append(f"the steady motion goes at most {10 ** sizes['amplitude'][0]:.3g} m {where}")
+        words.append(f"the steady motion goes at most {moved:.3g} m {where}")
     if asked.stops is not None:
         words.append(f"the nearest stop is {asked.stops[0]:.4g} m away")
     return ", ".join(words)
 
 
 def _cost(asked: Asked) -> float:
-    """Return what the sizes of a request are outside of their ranges, squared and summed."""
-    return sum(_outside(name, low, high) ** 2 for name, (low, high) in _sizes(asked))
+    """Return how unlikely a request is: the negative logarithm of a product over its sizes."""
+    natural, ratios = _seen_modes(asked.oscillator)
+    motion = None if asked.omega is None else _motion(asked.oscillator, asked.omega, natural, ratios)
+    cost = sum(_unusual(name, span) for name, span in _sizes(asked, ratios, motion))
+    cost += _COINCIDENCE if _has_dampers_alike(asked.oscillator) else 0.0
+    return cost if motion is None or not len(natural) else cost + _cost_of_place(motion)
 
 
 def _cost_of_undone(slip: Slip, asked: Asked) -> float:
@@ -139,59 +166,67 @@ def _cost_of_undone(slip: Slip, asked: Asked) -> float:
         return math.inf
 
 
-def _outside(name: str, low: float, high: float) -> float:
-    """Return how far an interval of a size is outside of its range, in the scale of that size."""
-    least, most, scale = _SIZES[name]
-    return max(least - high, low - most, 0.0) / scale
+def _unusual(name: str, span: Span) -> float:
+    """Return how unlikely the likeliest size in an interval is, 0 for a usual one."""
+    least, most, deviation = _SIZES[name]
+    outside = max(least - span[1], span[0] - most, 0.0) / deviation
+    return -math.log((math.exp(-0.5 * outside**2) + _ODD) / (1.0 + _ODD))
 
 
-def _sizes(asked: Asked) -> Iterator[tuple[str, Span]]:
+def _cost_of_place(motion: _Motion) -> float:
+    """Return how unlikely a band is: near a resonance, the likelier the faster the contact is there; or above all.
+
+    The speed counts, not the amplitude: impacts are as hard as the contact is fast.
+    """
+    places = [_place(motion.band, mode) for mode in motion.natural]
+    shares = np.maximum(motion.speeds / motion.speeds.max(), _SLOWEST)
+    costs = [_unusual("place", (place, place)) for place in places] - np.log(shares)
+    above = _unusual("above", (places[-1], places[-1])) + math.log(_ABOVE) if places[-1] > 0.0 else math.inf
+    return min(float(costs.min()), above)
+
+
+def _has_dampers_alike(oscillator: Oscillator) -> bool:
+    """Return whether the springs of a chain are unlike, and its dampers alike."""
+    if oscillator.matrices is not None or not isinstance(oscillator.damping, list) or not oscillator.damping[0]:
+        return False
+    return len({*oscillator.damping}) == 1 < len({*oscillator.stiffnesses})
+
+
+def _motion(oscillator: Oscillator, band: Span, natural: Any, ratios: Any) -> _Motion:
+    """Return how the contact moves in a band."""
+    low, high = band
+    frequencies = np.concatenate([np.linspace(low, high, _SAMPLES), natural])
+    reached = np.max([grazing_clearance(oscillator, frequencies, stop) for stop in SIDES], axis=0)
+    if not np.any(ratios > 0.0):  # a resonance without damping has no size but round-off
+        reached[_SAMPLES:] = math.inf
+    still = abs(contact_equilibrium(oscillator))
+    speeds = natural * (reached[_SAMPLES:] - still)
+    if not (np.all(np.isfinite(speeds)) and np.any(speeds > 0.0)):
+        speeds = np.ones(len(natural))
+    farthest = float(reached[(frequencies >= low) & (frequencies <= high)].max())
+    raised = float(reached[(frequencies >= low / _RAISED) & (frequencies <= high)].max())
+    return _Motion(band, natural, speeds, farthest - still, farthest, raised)
+
+
+def _sizes(asked: Asked, ratios: Any, motion: _Motion | None) -> Iterator[tuple[str, Span]]:
     """Yield the sizes that a request has, in decades, from the least to the largest value."""
-    oscillator, band = asked.oscillator, asked.omega
-    natural, ratios = _seen_modes(oscillator)
-    if len(ratios) and ratios[0] > 0.0:
+    if np.any(ratios > 0.0):
         yield "damping", _decades(ratios[0], ratios[0])
-    if band is None:
+        yield "strongest", _decades(ratios.max(), ratios.max())
+    if motion is None:
         return
-    yield from _driven(oscillator, band)
-    within = natural[(natural > band[0]) & (natural < band[1])]
-    frequencies = np.unique(np.concatenate([np.linspace(*band, _SAMPLES), within]))
-    farthest = max(float(grazing_clearance(oscillator, frequencies, stop).max()) for stop in SIDES)
-    moved = farthest - abs(contact_equilibrium(oscillator))
-    # who knows a stop within reach knows the machine far above its resonances
-    met = asked.stops is not None and asked.stops[0] < _WITHIN_REACH * farthest
-    if len(natural):
-        place = min((_place(band, float(mode)) for mode in natural), key=abs)
-        place *= _KNOWN if (met or asked.stops is None) and place > 0.0 else 1.0
-        yield "place", (place, place)
-    endless = len(within) > 0 and not np.any(ratios > 0.0)  # a resonance without damping has no size
-    if endless or not (math.isfinite(farthest) and moved > 0.0):
+    yield from _driven(asked.oscillator, motion.band)
+    if not (math.isfinite(motion.steady) and motion.steady > 0.0):
         return
-    yield "amplitude", _decades(moved, moved)
-    still = _amplitude_of_constant_forces(oscillator)
-    if still > 0.0 and not met:
-        gain = _decade(moved) - _decade(still)
-        yield "gain", (gain, gain)
-    low, high = _decades(*band)
-    yield "acceleration", (_decade(moved) + 2.0 * low, _decade(moved) + 2.0 * high)
+    moved = _decade(motion.steady)
+    yield "amplitude", (moved, moved)
+    low, high = _decades(*motion.band)
+    yield "acceleration", (moved + 2.0 * low, moved + 2.0 * high)
     if asked.stops is not None:
-        # a motion that starts elsewhere may meet a stop that the steady motion meets at a resonance only
-        resonant = abs(contact_equilibrium(oscillator)) + resonant_amplitude(oscillator) if len(ratios) else 0.0
-        there = _decade(farthest)
-        reach = 0.5 * (there + _decade(max(farthest, resonant))) if math.isfinite(resonant) else there
+        # a motion that starts elsewhere may go as far as at a resonance
         nearest, last = _decades(*asked.stops)
-        yield "near", (nearest - there, last - there)
-        yield "far", (nearest - reach, last - reach)
-
-
-def _amplitude_of_constant_forces(oscillator: Oscillator) -> float:
-    """Return how far the forces, held still, move the contact; 0 where a base or an unbalance drives it."""
-    if oscillator.base is not None or any(force.law != "constant" for force in oscillator.harmonics):
-        return 0.0
-    forces = [np.array(force.amplitude) for force in oscillator.harmonics] or [np.array(oscillator.forcing)]
-    stiffness = matrices(oscillator)[2]
-    moved = np.linalg.lstsq(stiffness, np.abs(np.sum(forces, axis=0)), rcond=None)[0]
-    return abs(float(np.array(oscillator.contact_row) @ moved))
+        yield "clearance", (nearest, last)
+        yield "stop", (nearest - _decade(motion.raised), last - _decade(motion.farthest))
 
 
 def _driven(oscillator: Oscillator, band: Span) -> Iterator[tuple[str, Span]]:
@@ -309,12 +344,15 @@ def _of_modal_ratios(asked: Asked) -> Asked | None:
 
 
 def _of_ratio(asked: Asked) -> Asked | None:
-    """Return a chain whose dampings were meant as a ratio of its first mode."""
+    """Return a chain whose dampings were meant as ratios: each of its link, or one of the first mode."""
     oscillator = asked.oscillator
-    if oscillator.matrices is not None or not len(natural := _seen_modes(oscillator)[0]):
+    if oscillator.matrices is not None or not 0.0 < np.max(oscillator.damping) < 1.0:
         return None
-    ratio = float(np.mean(oscillator.damping))
-    return asked.with_(damping=ratio / float(natural[0])) if 0.0 < ratio < 1.0 else None
+    natural = _seen_modes(oscillator)[0]
+    if not isinstance(oscillator.damping, list):
+        return asked.with_(damping=oscillator.damping / float(natural[0])) if len(natural) else None
+    links = zip(oscillator.damping, oscillator.masses, oscillator.stiffnesses, strict=True)
+    return asked.with_(damping=[2.0 * ratio * math.sqrt(mass * stiffness) for ratio, mass, stiffness in links])
 
 
 SLIPS = (

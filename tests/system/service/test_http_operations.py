@@ -342,7 +342,7 @@ def start(monkeypatch: pytest.MonkeyPatch, servers: list[PlayedServer]) -> Calla
     def run(**environment: str) -> int:
         for name, value in environment.items():
             monkeypatch.setenv(name, value)
-        return service_program.main()
+        return service_program.main([])
 
     return run
 
@@ -375,6 +375,15 @@ def test_it_refuses_an_exposed_inherited_socket_without_keys() -> None:
         assert started.wait(30) == 2
         assert started.stderr is not None
         assert started.stderr.read().startswith("grazemap_service: refusing to listen on 0.0.0.0")
+
+
+def test_it_refuses_arguments_and_names_the_command_of_the_stack(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as refused:
+        service_program.main(["up"])
+    assert refused.value.code == 2
+    with pytest.raises(SystemExit):
+        service_program.main(["--help"])
+    assert "grazemap up" in capsys.readouterr().out
 
 
 def test_a_port_in_use_is_reported(start: Callable[..., int], capsys: pytest.CaptureFixture[str]) -> None:

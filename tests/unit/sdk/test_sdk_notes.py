@@ -323,6 +323,34 @@ def test_a_slip_of_a_unit_is_named_and_the_right_request_is_not(name, changes, s
     assert code in codes("unfolding-maps", wrong)
 
 
+# a block on a soft spring, sqrt(20) rad/s, on a mass that is forced, sqrt(2000) rad/s
+BLOCK = {"masses": [0.1, 1.0], "stiffnesses": [2.0, 2000.0], "damping": [0.02, 0.9], "contact": [1, 2],
+         "forcing": [0.0, 0.5]}  # fmt: skip
+# six equal masses, up to 2 sqrt(1e4) rad/s
+ROW = {"masses": [1.0] * 6, "stiffnesses": [1e4] * 6, "damping": 4e-4, "forcing": [5.0, *[0.0] * 5]}
+UNLIKE = {"masses": [2.0, 3.0], "stiffnesses": [4e3, 4e5], "forcing": [5.0, 0.0]}
+
+
+@pytest.mark.parametrize(
+    ("machine", "omega", "expected"),
+    [
+        # who asks about a machine asks about where it is fast, not about the block alone
+        (BLOCK, span(38.0, 52.0), []),
+        (BLOCK, span(38.0 / math.tau, 52.0 / math.tau), ["frequencies-in-hertz"]),
+        # or about what is above all resonances, but not far above them
+        (ROW, span(210.0, 290.0), []),
+        (ROW, span(1000.0, 1300.0), ["frequencies-in-rpm"]),
+        # one number for springs that are unlike is a ratio rather than a coefficient, if it may be one
+        (UNLIKE | {"damping": [0.1, 0.1]}, span(30.0, 50.0), ["weak-damping"]),
+        (UNLIKE | {"damping": [0.1, 10.0]}, span(30.0, 50.0), []),
+        (UNLIKE | {"damping": [2.0, 2.0]}, span(30.0, 50.0), []),
+        (UNLIKE | {"damping": 0.02}, span(30.0, 50.0), ["strong-damping"]),
+    ],
+)
+def test_the_likelier_reading_of_a_request_decides(machine, omega, expected):
+    assert codes("grazing-curves", {"oscillator": {"units": "SI", **machine}, "omega": omega}) == expected
+
+
 def test_a_gap_of_a_lightly_damped_machine_is_compared_with_its_resonance():
     # beside a resonance of 1.3 m the steady motion goes 11 mm
     light = {**SI, "masses": [0.5], "stiffnesses": [2000.0], "forcing": [5.0], "damping": 1.6e-5}

@@ -254,22 +254,34 @@ def test_a_saved_picture_leaves_no_figure_open_and_a_plot_is_pyplot_s(tmp_path):
     assert len(pyplot.get_fignums()) == 2
 
 
-def every_colour() -> list[str]:
-    """Return all colours of the palette, a kind that has that of the ink once."""
+def areas_and_lines() -> tuple[list[str], list[str]]:
+    """Return the colours of areas, and those of lines and marks, which have a rim; the ink once."""
     whole = json.loads(files("grazemap").joinpath("palette.json").read_text())
+    areas = [*whole.pop("motions").values(), *whole.pop("other motions"), *whole.pop("kinds").values()]
     nested = [values.values() if isinstance(values, dict) else values for values in whole.values()]
-    flat = itertools.chain.from_iterable([value] if isinstance(value, str) else value for value in nested)
-    return list(dict.fromkeys(flat))
+    lines = itertools.chain.from_iterable([value] if isinstance(value, str) else value for value in nested)
+    return areas, list(dict.fromkeys(lines))
 
 
 @pytest.mark.parametrize(("simulation", "least"), [(None, 12.0), ("brettel", 8.0), ("vienot", 8.0), ("machado", 8.0)])
 def test_any_two_colours_of_the_palette_differ(simulation, least):
-    seen = [Color(colour) for colour in every_colour()]
-    if simulation:
-        seen = [colour.filter("deutan", 1.0, method=simulation) for colour in seen]
-    distances = [colour.delta_e(other, method="2000") for colour, other in itertools.combinations(seen, 2)]
-    assert len(seen) == 48
-    assert min(distances) >= least
+    areas, lines = areas_and_lines()
+    assert (len(areas), len(lines)) == (33, 15)
+    for colours in (areas, lines):
+        seen = [Color(colour) for colour in colours]
+        if simulation:
+            seen = [colour.filter("deutan", 1.0, method=simulation) for colour in seen]
+        distances = [colour.delta_e(other, method="2000") for colour, other in itertools.combinations(seen, 2)]
+        assert min(distances) >= least
+
+
+def test_motions_that_fill_maps_are_quieter_than_rare_ones():
+    def chroma(label):
+        return Color(palette.NAMED[label]).convert("lch")["chroma"]
+
+    fill = ["1-(-1)r-(-1)l", "1-1r-1l", "1-2r-2l", "1-1r-(-1)l", "1-(-1)r-1l"]
+    rare = [label for label in palette.NAMED if label[0] in "23456789"]
+    assert max(map(chroma, fill)) < min(map(chroma, rare))
 
 
 def test_a_named_motion_has_its_colour_in_every_picture():
@@ -285,7 +297,7 @@ def test_motions_without_a_colour_of_their_own_have_different_ones():
         drawn = {(int(p), int(r), int(q)) for p, r, q in zip(*rng.integers(1, 30, (3, 20)), strict=True)}
         colours = palette.motion_colours([motion(*counts) for counts in drawn])
         assert len(set(colours)) == len(drawn)
-        assert set(colours) <= set(every_colour())
+        assert set(colours) <= set(areas_and_lines()[0])
     # a motion by itself has the colour that its label gives, however many points it has
     assert palette.motion_colours([motion(7, 25, 25, 3)]) == palette.motion_colours([motion(7, 25, 25, 9000)])
 
@@ -705,7 +717,7 @@ def test_a_trajectory_is_drawn_on_two_given_axes_or_its_time_history_on_one():
 
 
 def test_names_of_regions_are_written_in_a_colour_that_their_ground_shows():
-    umap = map_of([(1, 1, 1), (1, 5, 5)])
+    umap = map_of([(1, 1, 1), (2, 1, 1)])
     left, right = sorted(umap.plot().texts, key=lambda text: text.get_position()[0])
     assert (left.get_color(), right.get_color()) == (palette.INK, palette.PAPER)
 
@@ -1012,7 +1024,7 @@ def looks(ax) -> list[tuple[str, ...]]:
 
 def many_motions(kind: str) -> list:
     """Return pictures of more motions than there are colours."""
-    count = len(every_colour()) + 5
+    count = len(areas_and_lines()[0]) + 5
     named = [periodic(9, n, n) for n in range(count)]
     if kind == "map":
         umap = map_of([(9, n, n) for n in range(count)])
