@@ -10,6 +10,7 @@ import { Colours } from "./labels.js";
 import { exponentFor, tilesOf } from "./lattice.js";
 import { LAYERS, paint, rangeOf, reading, shares, withoutRemedy } from "./layers.js";
 import { Legend } from "./legend.js";
+import { followed } from "./links.js";
 import { Living } from "./living.js";
 import { MachineForm } from "./machine.js";
 import { Overview } from "./overview.js";
@@ -46,7 +47,7 @@ const STANDARD = {
 
 const palette = await (await fetch("static/palette.json")).json();
 const colours = new Colours(palette);
-let state = address.read(location.hash, STANDARD);
+let state = STANDARD;
 let ofPoint = { lines: [], marks: [] }; // what the point draws into the plane
 let before = []; // the tiles that were in sight last, until those of another machine come
 let place = null; // where the pointer is on the canvas of the plane; null: elsewhere
@@ -56,6 +57,7 @@ const GRAZE = Object.fromEntries(
 const UNREAD = byId("reading").textContent;
 let rested = null; // where the pointer was last
 let errorText = "";
+let linkText = ""; // what is wrong with the link, until the next move
 let troubleText = "";
 
 const familyOf = (observables = []) => JSON.stringify([state.machine, state.plane, observables]);
@@ -74,7 +76,10 @@ function fail(error) {
 const tiles = new Tiles({ changed: () => refresh(), failed: fail });
 const curves = new Curves({ changed: () => refresh(), failed: fail, palette });
 const act = {
-  moved: (view) => change(view),
+  moved: (view) => {
+    linkText = "";
+    change(view);
+  },
   resized: () => {
     ask();
     refresh();
@@ -240,17 +245,23 @@ function orderAgain() {
 
 function remember() {
   tiles.forgive();
-  const hash = address.write(state, STANDARD);
+  linkText = "";
+  const hash = address.write(state);
   if (hash !== location.hash) history.pushState(null, "", hash);
   overview.show(state.machine, isUsual(state.plane) ? state : null);
 }
 
-// Shows what the address says.
-function restore() {
+// Shows what the address says, and completes it.
+async function restore() {
+  const { hash } = location;
+  const { state: next, faults } = await followed(hash, STANDARD);
+  if (hash !== location.hash) return;
   const old = state;
   const differs = (name) => JSON.stringify(old[name]) !== JSON.stringify(state[name]);
-  state = address.read(location.hash, STANDARD);
-  if (differs("machine")) form.show(state.machine);
+  state = { ...next };
+  linkText = faults.join(" ");
+  history.replaceState(null, "", address.write(state));
+  if (!plane.view || differs("machine")) form.show(state.machine);
   byId("layer").value = state.layer;
   byId("curves").checked = state.curves === "all";
   byId("borders").checked = state.borders;
@@ -376,7 +387,7 @@ const within = (value, [low, high]) => low <= value && value <= high;
 function say(seenTiles = seen()) {
   const { done, total, failed, waitingFor } = tiles.progress();
   const { x: across, y: up } = levels();
-  const parts = [troubleText, errorText];
+  const parts = [troubleText, linkText, errorText];
   if (choosing) parts.push("Computing the grazing curve of the machine.");
   if (!seenTiles.length && waitingFor) parts.push(`Waiting for ${waitingFor}.`);
   else if (done < total) parts.push("Refining …");
@@ -496,11 +507,9 @@ const stored = asked && (await storedMap(asked).catch((error) => error));
 if (asked) {
   const { machine, x, y } = stored;
   const there = machine ? { ...STANDARD, machine: { ...STANDARD.machine, ...machine }, x, y } : STANDARD;
-  history.replaceState(null, "", address.write(there, STANDARD));
+  history.replaceState(null, "", address.write(there));
 }
-form.show(state.machine);
-restore();
-if (state.at) openPanel();
+await restore();
 if (stored instanceof Error) fail(stored);
 else if (stored?.points)
   tiles
