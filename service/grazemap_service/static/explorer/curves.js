@@ -29,7 +29,7 @@ export function around([low, high], domain) {
 
 // Whether there are bifurcation curves over a plane without a motion to begin with.
 const OF_STOPS = ["clearance", "clearance_left", "restitution", "forcing", "bias"];
-const leavesGraze = ({ horizontal, vertical }) =>
+export const leavesGraze = ({ horizontal, vertical }) =>
   (horizontal === "omega" && OF_STOPS.includes(vertical)) || (vertical === "omega" && OF_STOPS.includes(horizontal));
 
 const named = ({ type, motion }) => `${type}, ${NAMES[type]} of ${motion}`;

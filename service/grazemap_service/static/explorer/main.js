@@ -7,7 +7,7 @@ import { byId, element, isPhone } from "./dom.js";
 import { listJobs } from "./jobs.js";
 import { Gestures } from "./gestures.js";
 import { Colours } from "./labels.js";
-import { exponentFor, tilesOf } from "./lattice.js";
+import { exponentFor, pointsOf, tilesOf } from "./lattice.js";
 import { LAYERS, paint, rangeOf, reading, shares, withoutRemedy } from "./layers.js";
 import { Legend } from "./legend.js";
 import { followed } from "./links.js";
@@ -493,8 +493,20 @@ offer(() => {
   return {
     state,
     ...plane.scene,
+    marks: plane.marksApart,
+    image: plane.image(),
+    size: plane,
+    legend: legend.inSight,
+    lookOf: (label) => colours.of(label),
+    ranges: (most) => {
+      const { x: across, y: up } = levels();
+      const side = Math.floor(Math.sqrt(most));
+      return {
+        x: pointsOf(state.x, across.exponent, domains().x, side),
+        y: pointsOf(state.y, up.exponent, domains().y, side),
+      };
+    },
     tiles: tiles.ofView().sort((tile, other) => middle(tile) - middle(other)),
-    canvas: byId("plane"),
   };
 });
 // The jobs that only this page waits for end with it; a page that comes back from the browser's cache asks again.

@@ -11,8 +11,8 @@ const SI = {
 };
 
 // With a space before it, for a number.
-export const unitOf = ({ oscillator }, quantity) =>
-  oscillator?.units === "SI" && SI[quantity] ? ` ${SI[quantity]}` : "";
+export const unitOf = (machine, quantity) =>
+  machine?.oscillator?.units === "SI" && SI[quantity] ? ` ${SI[quantity]}` : "";
 
 // What an axis or a field is called: "clearance (m)".
 export const named = (text, machine, quantity) => text + unitOf(machine, quantity).replace(/ (.+)/, " ($1)");
