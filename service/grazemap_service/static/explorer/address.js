@@ -1,9 +1,10 @@
 // The state of the page in the address: #omega=0.25..0.3125&clearance=1.25..2&layer=motion&at=0.28,1.6&machine={...}
 // Of a plane of other parameters: #horizontal=omega&vertical=restitution&omega=0.25..0.3125&restitution=0.5..1&clearance=1.6
-import { LAYERS } from "./layers.js";
+import { LAYERS, hasLayer } from "./layers.js";
 import { USUAL, isUsual, namesOf, parameter } from "./parameters.js";
 import { PRESETS } from "./presets.js";
 import { SIDES } from "./sketch.js";
+import { STARTS } from "./starts.js";
 import { rounded } from "./ticks.js";
 
 const SHARE = 1e-6; // of a window, to which its ends are said
@@ -14,11 +15,14 @@ const LONGEST = 40; // characters of a wrong part that are repeated
 export const UNSAID = {
   plane: USUAL,
   layer: "motion",
+  policy: "rest",
   curves: "grazing",
   borders: false,
   at: null,
   machine: PRESETS.paper.machine,
 };
+
+const RENAMED = { power: "dissipated_power" }; // layers in older links
 
 const numbers = (text, separator) => {
   const parts = text.split(separator);
@@ -151,11 +155,13 @@ export function read(hash, standard) {
   const parts = new Parts(hash);
   const machine = machineOf(parts);
   const window = planeOf(parts, standard, machine);
-  const layers = Object.keys(LAYERS);
+  const policy = parts.take("policy", oneOf(Object.keys(STARTS)), Object.keys(STARTS).join(", "), UNSAID.policy);
+  const layers = Object.keys(LAYERS).filter((name) => hasLayer(policy, LAYERS[name]));
   const [across, up] = [window.plane.horizontal, window.plane.vertical].map((name) => parameter(name).domain);
   const state = {
     ...window,
-    layer: parts.take("layer", oneOf(layers), layers.join(", "), UNSAID.layer),
+    layer: parts.take("layer", (text) => oneOf(layers)(RENAMED[text] ?? text), layers.join(", "), UNSAID.layer),
+    policy,
     curves: parts.take("curves", oneOf(["grazing", "all"]), "grazing, all", UNSAID.curves),
     borders: parts.take("borders", oneOf(["explained"]), "explained", UNSAID.borders, "no borders") === "explained",
     at: parts.take(
@@ -176,18 +182,20 @@ export function read(hash, standard) {
   return { state, faults: parts.faults };
 }
 
-const ends = ([low, high]) => [low, high].map((value) => rounded(value, SHARE * (high - low))).join("..");
+// The ends of a window as an address says them.
+export const endsOf = ([low, high]) => [low, high].map((value) => rounded(value, SHARE * (high - low)));
 
 // The whole state; what it leaves out is as UNSAID has it.
-export function write({ x, y, plane, layer, curves, borders, at, machine }) {
+export function write({ x, y, plane, layer, policy, curves, borders, at, machine }) {
   const { horizontal, vertical, ...fixed } = plane;
   const query = new URLSearchParams({
     ...(!isUsual(plane) && { horizontal, vertical }),
-    [horizontal]: ends(x),
-    [vertical]: ends(y),
+    [horizontal]: written(endsOf(x)),
+    [vertical]: written(endsOf(y)),
   });
   for (const [name, value] of Object.entries(fixed)) if (value !== null) query.set(name, value);
   if (layer !== UNSAID.layer) query.set("layer", layer);
+  if (policy !== UNSAID.policy) query.set("policy", policy);
   if (curves !== UNSAID.curves) query.set("curves", curves);
   if (borders) query.set("borders", "explained");
   if (at) query.set("at", at.join(","));

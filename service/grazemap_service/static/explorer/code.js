@@ -5,8 +5,8 @@ import { isUsual } from "./parameters.js";
 import * as requests from "./requests.js";
 
 // The request of one map with the points of a view; `ranges` are { x, y }, ranges of the API.
-const mapOf = ({ machine, plane, layer }, { x, y }) =>
-  requests.map(machine, plane, x, y, { observables: LAYERS[layer].observables });
+const mapOf = ({ machine, plane, layer, policy }, { x, y }) =>
+  requests.map(machine, plane, x, y, { observables: LAYERS[layer].observables, policy });
 
 export function asCurl(state, ranges, address) {
   const body = JSON.stringify(mapOf(state, ranges)).replaceAll("'", "'\\''");

@@ -52,6 +52,12 @@ export function pointsOf([low, high], exponent, [least, most], atMost = Infinity
   return { start: value(first), stop: value(first + (count - 1) * every), points: count };
 }
 
+// The points of a window of its own, in the middle of POINTS equal parts.
+export function partsOf([low, high]) {
+  const half = (high - low) / POINTS / 2;
+  return { start: low + half, stop: high - half, points: POINTS };
+}
+
 // The tile that contains a tile, some levels up.
 export const ancestor = ({ ex, ey, i, j }, levels) => ({
   ex: ex + levels,

@@ -7,8 +7,8 @@ import { byId, element, isPhone } from "./dom.js";
 import { listJobs } from "./jobs.js";
 import { Gestures } from "./gestures.js";
 import { Colours } from "./labels.js";
-import { exponentFor, pointsOf, tilesOf } from "./lattice.js";
-import { LAYERS, paint, rangeOf, reading, shares, withoutRemedy } from "./layers.js";
+import { POINTS, exponentFor, partsOf, pointsOf, tilesOf } from "./lattice.js";
+import { LAYERS, addObservables, hasLayer, paint, rangeOf, reading, shares, withoutRemedy } from "./layers.js";
 import { Legend } from "./legend.js";
 import { followed } from "./links.js";
 import { Living } from "./living.js";
@@ -22,6 +22,7 @@ import { PointForm } from "./pointform.js";
 import { PRESETS } from "./presets.js";
 import * as requests from "./requests.js";
 import { Sliders } from "./sliders.js";
+import { STARTS, isSweep } from "./starts.js";
 import { offer } from "./takehome.js";
 import { rounded, toRead } from "./ticks.js";
 import { storedMap } from "./stored.js";
@@ -31,6 +32,7 @@ import { named, unitOf } from "./units.js";
 const MOST_SENSITIVE = 0.9; // share of labels that round-off may change, above which a closer look is of no use
 const ORDER_AGAIN = 400; // milliseconds, after which the tiles under the pointer come first
 const ROOMY = 1000; // pixels of height at which the legend has room below an open point
+const SWEEP_AFTER = 300; // milliseconds after the last step of a window
 const SLIDE_AGAIN = 150; // milliseconds between the machines of a slider that moves
 
 const { paper } = PRESETS;
@@ -40,12 +42,16 @@ const STANDARD = {
   plane: USUAL,
   machine: paper.machine,
   layer: "motion",
+  policy: "rest",
   curves: "grazing",
   borders: false,
   at: null,
 };
 
-const palette = await (await fetch("static/palette.json")).json();
+const [palette, observables] = await Promise.all(
+  ["palette", "observables"].map(async (name) => (await fetch(`static/${name}.json`)).json()),
+);
+addObservables(observables);
 const colours = new Colours(palette);
 let state = STANDARD;
 let ofPoint = { lines: [], marks: [] }; // what the point draws into the plane
@@ -60,7 +66,7 @@ let errorText = "";
 let linkText = ""; // what is wrong with the link, until the next move
 let troubleText = "";
 
-const familyOf = (observables = []) => JSON.stringify([state.machine, state.plane, observables]);
+const familyOf = (observables = []) => JSON.stringify([state.machine, state.plane, observables, state.policy]);
 const family = () => familyOf(LAYERS[state.layer].observables);
 const domains = () => ({ x: parameter(state.plane.horizontal).domain, y: parameter(state.plane.vertical).domain });
 const levels = () => ({
@@ -223,16 +229,27 @@ function ask() {
   const { x: across, y: up } = levels();
   const centre = place ? plane.value(place) : plane.centre;
   const { observables } = LAYERS[state.layer];
-  const { machine, plane: shown } = state;
+  const { machine, plane: shown, policy } = state;
   const hurried = sliders.isMoving;
-  tiles.show(
-    family(),
-    (across, up, preview) => requests.map(machine, shown, across, up, { preview, observables }),
-    tilesOf(state, across.exponent, up.exponent, centre, domains()),
-    domains(),
-    { hurried },
-  );
+  const request = (across, up, preview) => requests.map(machine, shown, across, up, { preview, observables, policy });
+  if (isSweep(policy)) askSweep(request);
+  else {
+    const wanted = tilesOf(state, across.exponent, up.exponent, centre, domains());
+    tiles.show(family(), request, wanted, domains(), { hurried });
+  }
   if (!hurried) curves.show(state, domains());
+}
+
+// A sweep goes over the whole window, once that is settled.
+let sweeping = null;
+function askSweep(request) {
+  clearTimeout(sweeping);
+  sweeping = setTimeout(() => {
+    if (!isSweep(state.policy)) return;
+    const { x, y } = { x: address.endsOf(state.x), y: address.endsOf(state.y) };
+    tiles.showWhole(family(), request(partsOf(x), partsOf(y), false), { x, y }, POINTS);
+    refresh();
+  }, SWEEP_AFTER);
 }
 
 let ordering = null;
@@ -263,6 +280,7 @@ async function restore() {
   history.replaceState(null, "", address.write(state));
   if (!plane.view || differs("machine")) form.show(state.machine);
   byId("layer").value = state.layer;
+  showPolicy();
   byId("curves").checked = state.curves === "all";
   byId("borders").checked = state.borders;
   planeForm.show(state);
@@ -272,6 +290,13 @@ async function restore() {
   if (!state.at) point.clear();
   else if (differs("at") || differs("machine") || differs("plane")) openPanel();
   overview.show(state.machine, isUsual(state.plane) ? state : null);
+}
+
+// The start that was chosen, and the layers that it has.
+function showPolicy() {
+  byId("policy").value = state.policy;
+  for (const option of byId("layer").options) option.disabled = !hasLayer(state.policy, LAYERS[option.value]);
+  byId("layer").value = state.layer;
 }
 
 // A point with the digits that a pixel has.
@@ -296,7 +321,10 @@ const around = (value, [low, high], [least, most]) => {
 
 function openPanel() {
   if (innerHeight < ROOMY) byId("legend-section").open = false;
-  point.show({ ...state, note: plane.markText({ x: state.at[0], y: state.at[1] }) });
+  const [x, y] = state.at;
+  const here = state.policy === "rest" ? null : reading(seen(), x, y);
+  const start = here && `On the map, ${STARTS[state.policy].said}: ${here.label}. Below is the motion from rest.`;
+  point.show({ ...state, note: [start, plane.markText({ x, y })].filter(Boolean).join(" ") });
 }
 
 const seen = () => tiles.within(family(), state);
@@ -392,6 +420,7 @@ function say(seenTiles = seen()) {
   if (!seenTiles.length && waitingFor) parts.push(`Waiting for ${waitingFor}.`);
   else if (done < total) parts.push("Refining …");
   if (failed) parts.push(`${failed} of ${total} tiles failed.`);
+  if (seenTiles.length && STARTS[state.policy].means) parts.push(STARTS[state.policy].means);
   parts.push(...curves.pending().map((what) => `Computing ${what}.`));
   Object.assign(byId("progress"), { max: total, value: done, className: done === total ? "done" : "" });
   if (across.ended || up.ended)
@@ -426,26 +455,26 @@ function live(seenTiles = seen()) {
   if (!plane.holds(value)) return living.hide();
   const known = reading(seenTiles, value.x, value.y);
   const { machine, at } = placeOf(state.machine, state.plane, known?.at ?? ofPixel(value));
+  const isFromRest = known && state.policy === "rest"; // as the machine that is shown
   living.show({
     machine,
     at,
-    colour: known ? colours.of(known.label).colour : palette.kinds.other,
-    text: known ? known.label : "",
+    colour: isFromRest ? colours.of(known.label).colour : palette.kinds.other,
+    text: isFromRest ? known.label : state.policy === "rest" ? "" : STARTS.rest.said,
     place: here,
     size: plane,
   });
 }
 
-function described({ label, verified, sensitive, preview, reason, exponent, speed, power }) {
-  const unit = (quantity) => unitOf(state.machine, quantity);
+function described({ label, verified, sensitive, preview, reason, figures }) {
   const parts = [label];
   if (verified) parts.push("verified");
   else if (reason) parts.push(withoutRemedy(reason));
   else if (sensitive) parts.push("sensitive to round-off");
   if (preview) parts.push("preview");
-  if (Number.isFinite(exponent)) parts.push(`exponent ${toRead(exponent)}`);
-  if (Number.isFinite(speed)) parts.push(`minimum impact speed ${toRead(speed)}${unit("velocity")}`);
-  if (Number.isFinite(power)) parts.push(`dissipated power ${toRead(power)}${unit("power")}`);
+  if (state.policy !== "rest") parts.push(STARTS[state.policy].said);
+  for (const { layer, value } of figures)
+    parts.push(`${layer.text.toLowerCase()} ${toRead(value)}${unitOf(state.machine, layer.quantity)}`);
   return parts.join("; ");
 }
 
@@ -465,11 +494,20 @@ serve({
 
 // on a phone the plane comes first
 for (const name of ["legend", "machine"]) byId(`${name}-section`).open = !isPhone();
-for (const [value, { text }] of Object.entries(LAYERS))
-  byId("layer").append(element("option", { value, textContent: text }));
+for (const [value, { text, description = "" }] of Object.entries(LAYERS))
+  byId("layer").append(element("option", { value, textContent: text, title: description }));
 byId("layer").addEventListener("change", ({ target }) => {
   change({ layer: target.value });
   remember();
+});
+for (const [value, { text, means = "" }] of Object.entries(STARTS))
+  byId("policy").append(element("option", { value, textContent: text, title: means }));
+byId("policy").addEventListener("change", ({ target: { value: policy } }) => {
+  const layer = hasLayer(policy, LAYERS[state.layer]) ? state.layer : STANDARD.layer;
+  change({ policy, layer });
+  showPolicy();
+  remember();
+  if (state.at) openPanel();
 });
 byId("curves").addEventListener("change", ({ target }) => {
   change({ curves: target.checked ? "all" : "grazing" });
@@ -500,6 +538,7 @@ offer(() => {
     lookOf: (label) => colours.of(label),
     ranges: (most) => {
       const { x: across, y: up } = levels();
+      if (isSweep(state.policy)) return { x: partsOf(address.endsOf(state.x)), y: partsOf(address.endsOf(state.y)) };
       const side = Math.floor(Math.sqrt(most));
       return {
         x: pointsOf(state.x, across.exponent, domains().x, side),

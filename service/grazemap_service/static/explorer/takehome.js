@@ -5,6 +5,7 @@ import { byId, save } from "./dom.js";
 import { LAYERS } from "./layers.js";
 import { parameter } from "./parameters.js";
 import { asPng, asText, picture } from "./picture.js";
+import { STARTS } from "./starts.js";
 import { toRead } from "./ticks.js";
 import { named } from "./units.js";
 
@@ -38,7 +39,7 @@ const FIGURES = [LAYERS.exponent, LAYERS.speed];
 // The points of tiles inside a window, as text with commas: by rows, from below. Those of a tile that is not there are
 // "not computed".
 export function asCsv(tiles, { plane, x, y, machine, layer }) {
-  const fields = [...FIGURES, ...(LAYERS[layer]?.observables ? [LAYERS[layer]] : [])];
+  const fields = [...FIGURES, ...[LAYERS[layer]].filter((shown) => shown?.field && !FIGURES.includes(shown))];
   const head = (name, quantity) => named(name, machine, quantity);
   const axes = [plane.horizontal, plane.vertical].map((name) => head(name, parameter(name).quantity));
   const heads = fields.map(({ field, quantity }) => head(field, quantity));
@@ -68,14 +69,14 @@ export function asCsv(tiles, { plane, x, y, machine, layer }) {
 async function captionOf({ state, names, tiles }) {
   const { version } = await (await send("v1")).json();
   const axis = (name, [low, high]) => `${name} ${toRead(low, high - low)} to ${toRead(high, high - low)}`;
-  const { plane, machine, layer } = state;
+  const { plane, machine, layer, policy } = state;
   const fixed = ["omega", "clearance"]
     .filter((name) => plane[name] !== null)
     .map((name) => `${named(parameter(name, machine).text, machine, parameter(name).quantity)} ${plane[name]}`);
   const count = tiles.filter(isThere).length;
   return [
     `${[axis(names.x, state.x), axis(names.y, state.y), ...fixed].join("; ")}.`,
-    `${LAYERS[layer].text} from rest, ${machine.periods} forcing periods watched.${count < tiles.length ? ` ${partOf(tiles).text}` : ""}`,
+    `${LAYERS[layer].text} ${STARTS[policy].said}, ${machine.periods} forcing periods watched.${count < tiles.length ? ` ${partOf(tiles).text}` : ""}`,
     `grazemap ${version}, ${location.href}`,
   ];
 }
