@@ -6,6 +6,7 @@ import { PRESETS } from "./presets.js";
 import { SIDES } from "./sketch.js";
 import { STARTS } from "./starts.js";
 import { rounded } from "./ticks.js";
+import { UNITS, USUAL_UNITS } from "./units.js";
 
 const SHARE = 1e-6; // of a window, to which its ends are said
 const MOST_PERIODS = 1e6;
@@ -16,6 +17,7 @@ export const UNSAID = {
   plane: USUAL,
   layer: "motion",
   policy: "rest",
+  units: USUAL_UNITS,
   curves: "grazing",
   borders: false,
   at: null,
@@ -145,6 +147,18 @@ function machineOf(parts) {
   return machine;
 }
 
+// The units of frequencies and lengths that an address says, as units=Hz,mm.
+function unitsOf(parts) {
+  const parse = (text) => {
+    const [frequency, length, ...more] = text.split(",");
+    const isThere = Object.hasOwn(UNITS.frequency, frequency) && Object.hasOwn(UNITS.length, length ?? "");
+    return isThere && !more.length ? { frequency, length } : null;
+  };
+  const [frequencies, lengths] = [UNITS.frequency, UNITS.length].map((units) => Object.keys(units).join(", "));
+  const allowed = `a frequency’s and a length’s, of ${frequencies} and of ${lengths}, as Hz,mm`;
+  return parts.take("units", parse, allowed, UNSAID.units, Object.values(UNSAID.units).join(","));
+}
+
 // The map that an address opens, by its job; null: none.
 export const mapOf = (hash) => new URLSearchParams(hash.replace(/^#/, "")).get("map");
 
@@ -162,6 +176,7 @@ export function read(hash, standard) {
     ...window,
     layer: parts.take("layer", (text) => oneOf(layers)(RENAMED[text] ?? text), layers.join(", "), UNSAID.layer),
     policy,
+    units: unitsOf(parts),
     curves: parts.take("curves", oneOf(["grazing", "all"]), "grazing, all", UNSAID.curves),
     borders: parts.take("borders", oneOf(["explained"]), "explained", UNSAID.borders, "no borders") === "explained",
     at: parts.take(
@@ -186,7 +201,7 @@ export function read(hash, standard) {
 export const endsOf = ([low, high]) => [low, high].map((value) => rounded(value, SHARE * (high - low)));
 
 // The whole state; what it leaves out is as UNSAID has it.
-export function write({ x, y, plane, layer, policy, curves, borders, at, machine }) {
+export function write({ x, y, plane, layer, policy, units, curves, borders, at, machine }) {
   const { horizontal, vertical, ...fixed } = plane;
   const query = new URLSearchParams({
     ...(!isUsual(plane) && { horizontal, vertical }),
@@ -196,6 +211,8 @@ export function write({ x, y, plane, layer, policy, curves, borders, at, machine
   for (const [name, value] of Object.entries(fixed)) if (value !== null) query.set(name, value);
   if (layer !== UNSAID.layer) query.set("layer", layer);
   if (policy !== UNSAID.policy) query.set("policy", policy);
+  const read = Object.values(units).join(",");
+  if (read !== Object.values(UNSAID.units).join(",")) query.set("units", read);
   if (curves !== UNSAID.curves) query.set("curves", curves);
   if (borders) query.set("borders", "explained");
   if (at) query.set("at", at.join(","));

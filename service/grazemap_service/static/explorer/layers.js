@@ -21,6 +21,7 @@ export const LAYERS = {
     text: "Number of motions",
     field: "motions_found",
     policy: "ensemble",
+    isCount: true,
     white: "no state was followed to a motion",
   },
 };
@@ -50,7 +51,7 @@ const MOST_COUNTED = 1024; // points of a window, along a side, that are counted
 
 // The values between which a layer's ramp runs for these tiles, and whether some are beyond; null where they have none.
 export function rangeOf(layer, tiles) {
-  const { field, diverging } = LAYERS[layer];
+  const { field, diverging, isCount } = LAYERS[layer];
   const values = tiles
     .flatMap((tile) => (tile[field] ? [...tile[field].filter((_, k) => k % 37 === 0)] : []))
     .filter(Number.isFinite)
@@ -59,6 +60,7 @@ export function rangeOf(layer, tiles) {
   if (!values.length) return null;
   const at = (share) => values[Math.floor(share * (values.length - 1))];
   const largest = values.at(-1);
+  if (isCount) return [0, largest, false];
   const most = at(SHARE_IN_RANGE) || largest || 1;
   const least = at(1 - SHARE_IN_RANGE);
   const isFar = !diverging && least > FAR * most && most > least; // from 0, which the ramp then leaves out

@@ -3,7 +3,7 @@ import { byId, element, swatch } from "./dom.js";
 import { NAMED } from "./labels.js";
 import { LAYERS, percent } from "./layers.js";
 import { toRead } from "./ticks.js";
-import { named } from "./units.js";
+import { named, shown } from "./units.js";
 
 const FIRST = 8; // motions that are named until more are asked for
 
@@ -69,8 +69,9 @@ export class Legend {
   #rampOf({ layer, machine }, range) {
     const { text: what, unit = "", quantity, white } = LAYERS[layer];
     const name = `${named(what, machine, quantity)}${unit && ` ${unit}`}`;
+    const value = (end) => toRead(shown(machine, quantity, end));
     const text = range
-      ? `${name}: ${toRead(range[0])} to ${toRead(range[1])}${range[2] ? " or more" : ""}`
+      ? `${name}: ${value(range[0])} to ${value(range[1])}${range[2] ? " or more" : ""}`
       : `${name}: comes with the complete tiles; the motions stand, pale`;
     return { text, white: `White: ${white}.` };
   }

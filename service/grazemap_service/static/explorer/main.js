@@ -27,7 +27,7 @@ import { offer } from "./takehome.js";
 import { rounded, toRead } from "./ticks.js";
 import { storedMap } from "./stored.js";
 import { Tiles } from "./tiles.js";
-import { named, unitOf } from "./units.js";
+import { UNITS, USUAL_UNITS, choose, isSI, named, shown, unitOf } from "./units.js";
 
 const MOST_SENSITIVE = 0.9; // share of labels that round-off may change, above which a closer look is of no use
 const ORDER_AGAIN = 400; // milliseconds, after which the tiles under the pointer come first
@@ -43,6 +43,7 @@ const STANDARD = {
   machine: paper.machine,
   layer: "motion",
   policy: "rest",
+  units: USUAL_UNITS,
   curves: "grazing",
   borders: false,
   at: null,
@@ -216,9 +217,16 @@ function openPlace() {
   return placeOf(state.machine, state.plane, state.at ?? [x, y]).at;
 }
 
+// A window in the units of its axes.
+const inUnits = ({ x, y }) => ({
+  x: shown(state.machine, parameter(state.plane.horizontal).quantity, x),
+  y: shown(state.machine, parameter(state.plane.vertical).quantity, y),
+});
+
 // Shows a changed part of the state.
 function change(part) {
   Object.assign(state, part);
+  choose(state.units);
   plane.domains = domains();
   errorText = "";
   ask();
@@ -278,7 +286,8 @@ async function restore() {
   state = { ...next };
   linkText = faults.join(" ");
   history.replaceState(null, "", address.write(state));
-  if (!plane.view || differs("machine")) form.show(state.machine);
+  choose(state.units);
+  if (!plane.view || differs("machine") || differs("units")) form.show(state.machine);
   byId("layer").value = state.layer;
   showPolicy();
   byId("curves").checked = state.curves === "all";
@@ -288,8 +297,14 @@ async function restore() {
   plane.view = { x: state.x, y: state.y };
   change({});
   if (!state.at) point.clear();
-  else if (differs("at") || differs("machine") || differs("plane")) openPanel();
+  else if (["at", "machine", "plane", "policy", "units"].some(differs)) openPanel();
   overview.show(state.machine, isUsual(state.plane) ? state : null);
+}
+
+// The units that were chosen, where numbers have some.
+function showUnits() {
+  byId("units").hidden = !isSI(state.machine);
+  for (const [quantity, unit] of Object.entries(state.units)) byId(`unit-${quantity}`).value = unit;
 }
 
 // The start that was chosen, and the layers that it has.
@@ -380,8 +395,10 @@ function show() {
     marks: [...curves.marks(), ...ofPoint.marks],
     at: state.at && { x: state.at[0], y: state.at[1] },
     names: { x: axis(horizontal), y: axis(vertical) },
+    inUnits,
   };
   plane.draw();
+  showUnits();
   pointForm.show(state);
   legend.show(state, motions, range);
   legend.explain(plane.scene, state);
@@ -433,11 +450,11 @@ function say(seenTiles = seen()) {
     return;
   }
   const at = plane.value(place);
-  const width = (interval) => interval[1] - interval[0];
   const value = (name, number, interval) => {
     const { text, quantity } = parameter(name, state.machine);
     const label = name === "omega" ? "ω =" : text;
-    return `${label} ${toRead(number, width(interval))}${unitOf(state.machine, quantity)}`;
+    const [read, low, high] = shown(state.machine, quantity, [number, ...interval]);
+    return `${label} ${toRead(read, high - low)}${unitOf(state.machine, quantity)}`;
   };
   const { horizontal, vertical } = state.plane;
   const values = `${value(horizontal, at.x, state.x)}, ${value(vertical, at.y, state.y)}`;
@@ -474,7 +491,7 @@ function described({ label, verified, sensitive, preview, reason, figures }) {
   if (preview) parts.push("preview");
   if (state.policy !== "rest") parts.push(STARTS[state.policy].said);
   for (const { layer, value } of figures)
-    parts.push(`${layer.text.toLowerCase()} ${toRead(value)}${unitOf(state.machine, layer.quantity)}`);
+    parts.push(`${layer.text.toLowerCase()} ${toRead(shown(state.machine, layer.quantity, value))}${unitOf(state.machine, layer.quantity)}`);
   return parts.join("; ");
 }
 
@@ -500,6 +517,16 @@ byId("layer").addEventListener("change", ({ target }) => {
   change({ layer: target.value });
   remember();
 });
+for (const [quantity, units] of Object.entries(UNITS)) {
+  byId(`unit-${quantity}`).append(...Object.keys(units).map((unit) => element("option", { value: unit, textContent: unit })));
+  byId(`unit-${quantity}`).addEventListener("change", ({ target }) => {
+    change({ units: { ...state.units, [quantity]: target.value } });
+    form.show(state.machine);
+    planeForm.show(state);
+    remember();
+    if (state.at) openPanel();
+  });
+}
 for (const [value, { text, means = "" }] of Object.entries(STARTS))
   byId("policy").append(element("option", { value, textContent: text, title: means }));
 byId("policy").addEventListener("change", ({ target: { value: policy } }) => {

@@ -133,9 +133,9 @@ function numbersOf({ oscillator, stops, left }) {
   ];
 }
 
-// The picture as an element of SVG. `view` is { x, y }, `size` { width, height } of the plane, `image` a canvas with its
+// The picture as an element of SVG. `view` is { x, y }, `inUnits(view)` the same in the units of the axes, `size` { width, height } of the plane, `image` a canvas with its
 // tiles, `legend` what is in sight, `lookOf` the look of a motion, and `caption` lines of text.
-export function picture({ view, size, image, lines, marks, at, names, legend, lookOf, machine, caption }) {
+export function picture({ view, inUnits, size, image, lines, marks, at, names, legend, lookOf, machine, caption }) {
   const width = WIDTH - SIDE - COLUMN - 3 * MARGIN;
   const frame = { left: SIDE, right: SIDE + width, top: MARGIN };
   frame.bottom = frame.top + width * Math.min(TALLEST, size.height / size.width);
@@ -144,7 +144,7 @@ export function picture({ view, size, image, lines, marks, at, names, legend, lo
   const box = { x: frame.left, y: frame.top, width, height };
   const centre = (frame.left + frame.right) / 2;
   const axes = layout({
-    view,
+    view: inUnits(view),
     frame,
     names,
     places: { x: { x: centre, y: frame.bottom + BELOW - 16 }, y: { x: MARGIN, y: frame.top + height / 2 } },

@@ -261,7 +261,7 @@ export class Plane {
     paintAxes(
       pen,
       layout({
-        view: this.view,
+        view: this.scene.inUnits?.(this.view) ?? this.view,
         frame: { left: 0, right: this.width, top: 0, bottom: this.height },
         clear: { left: side, bottom },
         names: names ?? { x: "", y: "" },

@@ -71,6 +71,15 @@ export const pointMap = (machine, point) => {
   return { ...over(machine, USUAL, omega, clearance), max_periods: machine.periods };
 };
 
+// The motions to which random states at a point lead; of two values, as few as there may be, at the point and beside it.
+export const fractions = (machine, [omega, value], states) => ({
+  ...oscillatorOf(machine),
+  axis: { vary: "omega", values: [omega, omega * (1 + NEXT)] },
+  clearance: clearance(machine, value),
+  states,
+  max_periods: machine.periods,
+});
+
 // A map with its borders explained.
 export const borders = (machine, plane, across, up, points) => ({
   ...over(machine, plane, { ...ends(across), points }, { ...ends(up), points }),

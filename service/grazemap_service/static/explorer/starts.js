@@ -2,8 +2,7 @@
 export const STATES = 8; // of an ensemble, at each point
 
 const swept = (from, first) =>
-  `Each column of the window is swept: a point starts where the motion ${from} it has ended, the ${first} one from rest. ` +
-  "So the colours hang on the window; it has fewer points than tiles have.";
+  `Each column is swept: a point starts where the one ${from} it ended, the window’s ${first} one from rest; of 128 x 128 points.`;
 
 export const STARTS = {
   rest: { text: "rest", said: "from rest" },

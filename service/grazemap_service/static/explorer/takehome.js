@@ -7,7 +7,7 @@ import { parameter } from "./parameters.js";
 import { asPng, asText, picture } from "./picture.js";
 import { STARTS } from "./starts.js";
 import { toRead } from "./ticks.js";
-import { named } from "./units.js";
+import { named, shown } from "./units.js";
 
 async function copy(text, what) {
   try {
@@ -41,7 +41,9 @@ const FIGURES = [LAYERS.exponent, LAYERS.speed];
 export function asCsv(tiles, { plane, x, y, machine, layer }) {
   const fields = [...FIGURES, ...[LAYERS[layer]].filter((shown) => shown?.field && !FIGURES.includes(shown))];
   const head = (name, quantity) => named(name, machine, quantity);
-  const axes = [plane.horizontal, plane.vertical].map((name) => head(name, parameter(name).quantity));
+  const quantities = [plane.horizontal, plane.vertical].map((name) => parameter(name).quantity);
+  const axes = [head(plane.horizontal, quantities[0]), head(plane.vertical, quantities[1])];
+  const inAxes = (...point) => point.map((value, k) => shown(machine, quantities[k], value));
   const heads = fields.map(({ field, quantity }) => head(field, quantity));
   const lines = [[...axes, "motion", "verified", "sensitive", ...heads].join(",")];
   const places = ([low, high], points, [from, to]) =>
@@ -50,7 +52,9 @@ export function asCsv(tiles, { plane, x, y, machine, layer }) {
     );
   const values = (tile, k) => {
     if (!isThere(tile)) return ["not computed", "", "", ...fields.map(() => "")];
-    const figures = fields.map(({ field }) => (Number.isFinite(tile[field]?.[k]) ? tile[field][k] : ""));
+    const figures = fields.map(({ field, quantity }) =>
+      Number.isFinite(tile[field]?.[k]) ? shown(machine, quantity, tile[field][k]) : "",
+    );
     return [tile.labels[tile.motion[k]], tile.verified[k], tile.sensitive[k], ...figures];
   };
   const bands = Map.groupBy(
@@ -61,21 +65,25 @@ export function asCsv(tiles, { plane, x, y, machine, layer }) {
     for (const up of places(band[0].y, band[0].points, y))
       for (const tile of band)
         for (const across of places(tile.x, tile.points, x))
-          lines.push([across.value, up.value, ...values(tile, up.k * tile.points + across.k)].join(","));
+          lines.push([...inAxes(across.value, up.value), ...values(tile, up.k * tile.points + across.k)].join(","));
   return `${lines.join("\n")}\n`;
 }
 
 // What a picture says of itself below it.
-async function captionOf({ state, names, tiles }) {
+async function captionOf({ state, names, tiles, inUnits }) {
   const { version } = await (await send("v1")).json();
   const axis = (name, [low, high]) => `${name} ${toRead(low, high - low)} to ${toRead(high, high - low)}`;
+  const { x, y } = inUnits(state);
   const { plane, machine, layer, policy } = state;
   const fixed = ["omega", "clearance"]
     .filter((name) => plane[name] !== null)
-    .map((name) => `${named(parameter(name, machine).text, machine, parameter(name).quantity)} ${plane[name]}`);
+    .map((name) => {
+      const { text, quantity } = parameter(name, machine);
+      return `${named(text, machine, quantity)} ${toRead(shown(machine, quantity, plane[name]))}`;
+    });
   const count = tiles.filter(isThere).length;
   return [
-    `${[axis(names.x, state.x), axis(names.y, state.y), ...fixed].join("; ")}.`,
+    `${[axis(names.x, x), axis(names.y, y), ...fixed].join("; ")}.`,
     `${LAYERS[layer].text} ${STARTS[policy].said}, ${machine.periods} forcing periods watched.${count < tiles.length ? ` ${partOf(tiles).text}` : ""}`,
     `grazemap ${version}, ${location.href}`,
   ];
@@ -90,7 +98,7 @@ async function pictureOf(view) {
     reader.readAsDataURL(blob);
   });
   const caption = await captionOf(view);
-  return picture({ view: state, size, image: url, lines, marks, at, names, legend, lookOf, machine: state.machine, caption });
+  return picture({ view: state, inUnits: view.inUnits, size, image: url, lines, marks, at, names, legend, lookOf, machine: state.machine, caption });
 }
 
 // `now()` is { state, tiles, lines, marks, at, names, image, size, legend, lookOf, ranges }: all tiles of the view, the
