@@ -7,7 +7,7 @@ import { percent } from "./layers.js";
 import { isUsual } from "./parameters.js";
 import * as requests from "./requests.js";
 
-const POINTS = 513;
+export const POINTS = 513; // of a grazing curve
 const BORDER_POINTS = 96;
 const KEPT = 50;
 export const NAMES = {
