@@ -88,7 +88,10 @@ function planeOf(parts, standard, machine) {
   const varies = (name) => horizontal === name || vertical === name;
   const fixed = ["omega", "clearance"].filter((name) => !varies(name));
   const isOf = (name) => numbers(query.get(name) ?? "", "..") !== null;
-  const missing = [...[horizontal, vertical].filter((name) => !isOf(name)), ...fixed.filter((name) => !positive(query.get(name)))];
+  const missing = [
+    ...[horizontal, vertical].filter((name) => !isOf(name)),
+    ...fixed.filter((name) => !positive(query.get(name))),
+  ];
   const whole = `an interval of ${horizontal} and of ${vertical}${fixed.map((name) => `, and ${name}, a number > 0`).join("")}`;
   if (horizontal === vertical || missing.length) {
     const what = horizontal === vertical ? "two axes are one parameter" : `plane lacks ${missing.join(" and ")}`;
@@ -136,7 +139,11 @@ function machineOf(parts) {
     oscillator: check("oscillator", isOscillator, "the fields of an oscillator"),
     stops: check("stops", (value) => Object.hasOwn(SIDES, value), Object.keys(SIDES).join(", ")),
     left: check("left", (value) => value === null || (Number.isFinite(value) && value > 0), "a number > 0"),
-    periods: check("periods", (value) => Number.isInteger(value) && 0 < value && value <= MOST_PERIODS, "whole numbers > 0"),
+    periods: check(
+      "periods",
+      (value) => Number.isInteger(value) && 0 < value && value <= MOST_PERIODS,
+      "whole numbers > 0",
+    ),
   };
   const unknown = Object.keys(given).filter((name) => !Object.hasOwn(machine, name));
   if (unknown.length) parts.wrong(`machine has ${unknown.join(", ")}`, Object.keys(machine).join(", "), "the rest");

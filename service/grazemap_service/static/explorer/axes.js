@@ -13,10 +13,11 @@ export function scales({ x, y }, { left, right, top, bottom }) {
   };
 }
 
-// Lays out the axes of a `view`, { x, y }, whose picture fills a `frame`; the axes stand on the left and the lower edge of
-// what is `clear` of the frame. `names` has the names, `places` where they stand, { x, y, anchor }; `gaps` are from the
-// edges to the middle of the texts below, and to the end of those on the left; `font` is the size of letters, `measure`
-// the length of a text, and `suffix` what follows the names. Gives { ticks: [[x1, y1, x2, y2]], texts: [{ text, x, y, anchor, turned }] }.
+// Lays out the axes of a `view`, { x, y }, whose picture fills a `frame`; the axes stand on the left and the lower edge
+// of what is `clear` of the frame. `names` has the names, `places` where they stand, { x, y, anchor }; `gaps` are from
+// the edges to the middle of the texts below, and to the end of those on the left; `font` is the size of letters,
+// `measure` the length of a text, and `suffix` what follows the names. Gives { ticks, texts }: [x1, y1, x2, y2], and
+// { text, x, y, anchor, turned }.
 export function layout({ view, frame, clear = frame, names, suffix = "", places, gaps, most, font, measure = null }) {
   const { px, py } = scales(view, frame);
   const across = ticks(view.x, most.x);

@@ -25,7 +25,18 @@ export function extent(values, share = 0.05) {
 // `series` are { x, y, kind }, lines; `dots` { x, y, kind, text }; `bars` { x } or { y }, straight lines across the
 // chart. `kind` is the class that the style sheet knows. `image` is the address of a picture that fills the axes. With
 // `equal` both axes have one scale.
-export function chart({ title, x, y, names, size = SIZE, series = [], dots = [], bars = [], image = null, equal = false }) {
+export function chart({
+  title,
+  x,
+  y,
+  names,
+  size = SIZE,
+  series = [],
+  dots = [],
+  bars = [],
+  image = null,
+  equal = false,
+}) {
   const margin = size === SIZE ? MARGIN : SMALL;
   const { width } = size;
   const height = equal ? width - margin.left - margin.right + margin.top + margin.bottom : size.height;

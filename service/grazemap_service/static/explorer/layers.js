@@ -1,7 +1,8 @@
 // What the colours of the plane mean: the motion, or a value of every point.
 import { onRamp } from "./labels.js";
 
-// `field` is that of a map; `quantity`, or an SI unit, tells its unit; a map must be asked for `observables` and `policy`.
+// `field` is that of a map; `quantity`, or an SI unit, tells its unit; a map must be asked for `observables` and
+// `policy`.
 export const LAYERS = {
   motion: { text: "Motion" },
   exponent: {

@@ -49,8 +49,8 @@ export class Legend {
     for (const { isSeen, item } of this.#meanings) item.hidden = !drawn.some(isSeen);
   }
 
-  // What the legend says of what is in sight: { motions: [{ label, share }], ramp, meanings: [{ text, before, numbered }] },
-  // each with its colours; `ramp` is { text, white, diverging } where values are shown.
+  // What the legend says of what is in sight: { motions, ramp, meanings }. Motions are { label, share }, meanings
+  // { text, before, numbered } with their colours; `ramp` is { text, white, diverging } where values are shown.
   get inSight() {
     return { ...this.#inSight, meanings: this.#meanings.filter(({ item }) => !item.hidden) };
   }

@@ -12,15 +12,16 @@ async function against(machine) {
     return null;
   } catch ({ errors, message }) {
     if (!errors) return null; // the tiles say what is wrong with the service
-    const said = errors.map(({ pointer, detail, allowed }) => {
+    const texts = errors.map(({ pointer, detail, allowed }) => {
       const where = pointer.split("/").slice(2).join("/");
       return `${where ? `${where}: ` : ""}${detail}${allowed ? `; allowed: ${allowed}` : ""}`;
     });
-    return said.slice(0, MOST_ERRORS).join("; ") || message;
+    return texts.slice(0, MOST_ERRORS).join("; ") || message;
   }
 }
 
-// The state that an address says, and its faults: `standard` with the paper's machine where the service refuses its own.
+// The state that an address says, and its faults: `standard` with the paper's machine where the service refuses its
+// own.
 export async function followed(hash, standard) {
   const answer = read(hash, standard);
   const { machine } = answer.state;

@@ -6,7 +6,7 @@ import { PRESETS } from "./presets.js";
 import * as requests from "./requests.js";
 import { sketch } from "./sketch.js";
 import { toRead } from "./ticks.js";
-import { entry, inSI, shown, unitOf } from "./units.js";
+import { entry, inSI, unitOf, withUnit } from "./units.js";
 
 const FIELDS = ["masses", "stiffnesses", "damping", "forcing", "restitution"];
 const LISTS = ["masses", "stiffnesses", "forcing"];
@@ -178,7 +178,7 @@ export class MachineForm {
       if (signal.aborted) return null;
       byId("sketch").replaceChildren(...sketch(machine));
       const ratios = data.damping_ratios;
-      const frequency = (value) => `${toRead(shown(machine, "frequency", value))}${unitOf(machine, "frequency")}`;
+      const frequency = (value) => withUnit(machine, "frequency", value);
       byId("modes").replaceChildren(
         ...data.natural_frequencies.map((omega, k) =>
           element("li", { textContent: `${frequency(omega)}, damping ratio ${toRead(ratios[k])}` }),

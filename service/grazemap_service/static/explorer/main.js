@@ -27,7 +27,7 @@ import { offer } from "./takehome.js";
 import { rounded, toRead } from "./ticks.js";
 import { storedMap } from "./stored.js";
 import { Tiles } from "./tiles.js";
-import { UNITS, USUAL_UNITS, choose, isSI, named, shown, unitOf } from "./units.js";
+import { UNITS, USUAL_UNITS, choose, isSI, named, shown, unitOf, withUnit } from "./units.js";
 
 const MOST_SENSITIVE = 0.9; // share of labels that round-off may change, above which a closer look is of no use
 const ORDER_AGAIN = 400; // milliseconds, after which the tiles under the pointer come first
@@ -338,7 +338,7 @@ function openPanel() {
   if (innerHeight < ROOMY) byId("legend-section").open = false;
   const [x, y] = state.at;
   const here = state.policy === "rest" ? null : reading(seen(), x, y);
-  const start = here && `On the map, ${STARTS[state.policy].said}: ${here.label}. Below is the motion from rest.`;
+  const start = here && `On the map, ${STARTS[state.policy].phrase}: ${here.label}. Below is the motion from rest.`;
   point.show({ ...state, note: [start, plane.markText({ x, y })].filter(Boolean).join(" ") });
 }
 
@@ -477,7 +477,7 @@ function live(seenTiles = seen()) {
     machine,
     at,
     colour: isFromRest ? colours.of(known.label).colour : palette.kinds.other,
-    text: isFromRest ? known.label : state.policy === "rest" ? "" : STARTS.rest.said,
+    text: isFromRest ? known.label : state.policy === "rest" ? "" : STARTS.rest.phrase,
     place: here,
     size: plane,
   });
@@ -489,9 +489,9 @@ function described({ label, verified, sensitive, preview, reason, figures }) {
   else if (reason) parts.push(withoutRemedy(reason));
   else if (sensitive) parts.push("sensitive to round-off");
   if (preview) parts.push("preview");
-  if (state.policy !== "rest") parts.push(STARTS[state.policy].said);
+  if (state.policy !== "rest") parts.push(STARTS[state.policy].phrase);
   for (const { layer, value } of figures)
-    parts.push(`${layer.text.toLowerCase()} ${toRead(shown(state.machine, layer.quantity, value))}${unitOf(state.machine, layer.quantity)}`);
+    parts.push(`${layer.text.toLowerCase()} ${withUnit(state.machine, layer.quantity, value)}`);
   return parts.join("; ");
 }
 
@@ -518,7 +518,9 @@ byId("layer").addEventListener("change", ({ target }) => {
   remember();
 });
 for (const [quantity, units] of Object.entries(UNITS)) {
-  byId(`unit-${quantity}`).append(...Object.keys(units).map((unit) => element("option", { value: unit, textContent: unit })));
+  byId(`unit-${quantity}`).append(
+    ...Object.keys(units).map((unit) => element("option", { value: unit, textContent: unit })),
+  );
   byId(`unit-${quantity}`).addEventListener("change", ({ target }) => {
     change({ units: { ...state.units, [quantity]: target.value } });
     form.show(state.machine);
@@ -590,6 +592,4 @@ if (asked) {
 await restore();
 if (stored instanceof Error) fail(stored);
 else if (stored?.points)
-  tiles
-    .add({ ...stored, data: await stored.data(), name: `map ${asked}`, id: asked, family: familyOf() })
-    .catch(fail);
+  tiles.add({ ...stored, data: await stored.data(), name: `map ${asked}`, id: asked, family: familyOf() }).catch(fail);

@@ -19,7 +19,10 @@ export function motionsOf({ attractors, share, unresolved }) {
 export async function showOthers(panel) {
   const answer = await panel.compute("basin-fractions", requests.fractions(panel.machine, panel.at, STATES));
   const { motions, unresolved } = motionsOf(answer);
-  const looks = panel.colours.together(motions.map(({ label }) => label), Infinity);
+  const looks = panel.colours.together(
+    motions.map(({ label }) => label),
+    Infinity,
+  );
   const text =
     motions.length > 1
       ? `${motions.length} motions exist side by side here. Of ${STATES} random states so many settle to each:`
@@ -40,15 +43,17 @@ export async function showOthers(panel) {
 
 // Reasons of the service that a person may not know the words of, by a part of them.
 export const PLAIN = {
-  "did not close": "it has neither settled, nor been shown to be chaotic. It may settle later, repeat itself only after a long time, or never",
+  "did not close":
+    "it has neither settled, nor been shown to be chaotic. It may settle later, or have a long period, or none",
   "converges too slowly": "it is still settling, very slowly, as close to a bifurcation",
   "an impact is so slow": "an impact is so gentle that it may be none in the long run: a graze is near",
   "too many impacts": "it has too many impacts to follow: the contact chatters on a stop",
 };
-const plain = (reason) => Object.entries(PLAIN).find(([part]) => reason.includes(part))?.[1] ?? reason.replace(/\.$/, "");
+const plain = (reason) =>
+  Object.entries(PLAIN).find(([part]) => reason.includes(part))?.[1] ?? reason.replace(/\.$/, "");
 
-// What a map says of a point, { label, reason, remedy, exponent }: its motion, and of one that is not decided why not, and
-// what may help.
+// What a map says of a point, { label, reason, remedy, exponent }: its motion, and of one that is not decided why not,
+// and what may help.
 export function verdictOf({ motion, motions, lyapunov, reason, reasons }) {
   const { label, kind } = motions[motion[0][0]];
   const [why, remedy = ""] = (kind === "unresolved" ? (reasons[reason[0][0]] ?? "") : "").split(/\.? Remedy: /s);
@@ -59,8 +64,7 @@ export function verdictOf({ motion, motions, lyapunov, reason, reasons }) {
 export function explain({ reason, remedy }, periods) {
   byId("unresolved").hidden = !reason;
   if (!reason) return;
-  byId("unresolved-why").textContent =
-    `After ${periods} forcing periods no motion can be named: ${plain(reason)}.`;
+  byId("unresolved-why").textContent = `After ${periods} forcing periods no motion can be named: ${plain(reason)}.`;
   byId("unresolved-words").textContent = `In the service’s words: ${reason}${remedy && `; what may help: ${remedy}`}`;
   byId("ask-longer").textContent = `Watch ${LONGER * periods} forcing periods here`;
 }

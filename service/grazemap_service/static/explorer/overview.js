@@ -75,9 +75,7 @@ export class Overview {
       y: extent(y),
       names: { x: named("ω", machine, "frequency"), y: named("clearance", machine, "length") },
       series: [{ x, y, kind: "motion" }],
-      bars: (ends ?? [])
-        .filter((end) => x[0] < end && end < x[x.length - 1])
-        .map((end) => ({ x: end, kind: "end" })),
+      bars: (ends ?? []).filter((end) => x[0] < end && end < x[x.length - 1]).map((end) => ({ x: end, kind: "end" })),
     });
     onDrag(drawn, extent(x, 0), (...part) => this.#choose(...part.map((value) => inSI(machine, "frequency", value))));
     byId("overview-chart").replaceChildren(drawn);

@@ -1,12 +1,11 @@
-// The view as a picture of its own: the plane with its axes, curves and marks, the legend of what is in sight, the machine,
-// and a caption.
+// The view as a picture of its own: the plane with its axes, curves and marks, the legend of what is in sight, the
+// machine, and a caption.
 import { drawnAxes, layout, path, scales } from "./axes.js";
 import { drawing, element } from "./dom.js";
 import { onRamp } from "./labels.js";
 import { percent } from "./layers.js";
 import { complete } from "./parameters.js";
 import { sketch } from "./sketch.js";
-import { toRead } from "./ticks.js";
 
 const WIDTH = 960;
 const MARGIN = 14;
@@ -84,7 +83,11 @@ function writeLegend(column, { motions, ramp, meanings }, lookOf) {
     column.write(ramp.white, { fill: SOFT });
   }
   for (const { label, share } of motions) {
-    column.put(0, square(lookOf(label), column.x, column.y), share && text(percent(share), column.x + column.width, column.y + FONT, { "text-anchor": "end", fill: SOFT }));
+    column.put(
+      0,
+      square(lookOf(label), column.x, column.y),
+      share && text(percent(share), column.x + column.width, column.y + FONT, { "text-anchor": "end", fill: SOFT }),
+    );
     column.write(label, { indent: 1.6 * SWATCH });
   }
   column.y += LINE / 2;
@@ -125,7 +128,8 @@ function machineOf(machine) {
 // The numbers of a machine, a text for each field.
 function numbersOf({ oscillator, stops, left }) {
   const { units, ...fields } = complete(oscillator);
-  const plain = (value) => (Array.isArray(value) && !value.some((part) => typeof part === "object") ? value.join(", ") : JSON.stringify(value));
+  const plain = (value) =>
+    Array.isArray(value) && !value.some((part) => typeof part === "object") ? value.join(", ") : JSON.stringify(value);
   return [
     ...Object.entries(fields).map(([name, value]) => `${name} ${plain(value)}`),
     ...(stops === "unequal" ? [`clearance of the left stop ${left}`] : []),
@@ -133,8 +137,9 @@ function numbersOf({ oscillator, stops, left }) {
   ];
 }
 
-// The picture as an element of SVG. `view` is { x, y }, `inUnits(view)` the same in the units of the axes, `size` { width, height } of the plane, `image` a canvas with its
-// tiles, `legend` what is in sight, `lookOf` the look of a motion, and `caption` lines of text.
+// The picture as an element of SVG. `view` is { x, y }, `inUnits(view)` the same in the units of the axes, `size`
+// { width, height } of the plane, `image` the address of a picture of its tiles, `legend` what is in sight, `lookOf` the
+// look of a motion, and `caption` lines of text.
 export function picture({ view, inUnits, size, image, lines, marks, at, names, legend, lookOf, machine, caption }) {
   const width = WIDTH - SIDE - COLUMN - 3 * MARGIN;
   const frame = { left: SIDE, right: SIDE + width, top: MARGIN };
@@ -189,7 +194,9 @@ export function picture({ view, inUnits, size, image, lines, marks, at, names, l
     drawing("title", {}, "grazemap"),
     drawing("clipPath", { id: "frame" }, drawing("rect", box)),
     drawing("rect", { width: WIDTH, height: tall, fill: "#ffffff" }),
-    ...(image ? [drawing("image", { ...box, href: image, preserveAspectRatio: "none", "image-rendering": "pixelated" })] : []),
+    ...(image
+      ? [drawing("image", { ...box, href: image, preserveAspectRatio: "none", "image-rendering": "pixelated" })]
+      : []),
     drawing(
       "g",
       { "clip-path": "url(#frame)", fill: "none" },
@@ -209,7 +216,12 @@ export function picture({ view, inUnits, size, image, lines, marks, at, names, l
           drawing("title", {}, mark.text),
         ),
       ),
-      ...(cross ? [drawing("path", { d: cross, stroke: "#ffffff", "stroke-width": 4 }), drawing("path", { d: cross, stroke: "#000000", "stroke-width": 1.5 })] : []),
+      ...(cross
+        ? [
+            drawing("path", { d: cross, stroke: "#ffffff", "stroke-width": 4 }),
+            drawing("path", { d: cross, stroke: "#000000", "stroke-width": 1.5 }),
+          ]
+        : []),
     ),
     drawing("rect", { ...box, fill: "none", stroke: INK }),
     ...drawnAxes(axes, { "font-size": FONT, fill: INK }),
@@ -226,7 +238,10 @@ export async function asPng(svg) {
   const image = new Image();
   image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(asText(svg))}`;
   await image.decode();
-  const canvas = element("canvas", { width: SCALE * svg.getAttribute("width"), height: SCALE * svg.getAttribute("height") });
+  const canvas = element("canvas", {
+    width: SCALE * svg.getAttribute("width"),
+    height: SCALE * svg.getAttribute("height"),
+  });
   canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
   return new Promise((done) => canvas.toBlob(done));
 }

@@ -35,7 +35,8 @@ export class Plane {
     this.width = Math.max(1, clientWidth);
     this.height = Math.max(1, clientHeight);
     this.#edges = isPhone() ? PHONE_EDGES : EDGES;
-    for (const name of ["side", "strip"]) // what floats keeps clear of them
+    for (const name of ["side", "strip"])
+      // what floats keeps clear of them
       document.documentElement.style.setProperty(`--${name}`, `${this.#edges[name]}px`);
     this.draw();
   }

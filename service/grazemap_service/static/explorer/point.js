@@ -82,7 +82,9 @@ export class PointPanel {
     const length = unitOf(machine, "length");
     const others = ["horizontal", "vertical"].flatMap((axis, k) => {
       const { name, text, quantity } = parameter(state.plane[axis], machine);
-      return Object.hasOwn(USUAL, name) ? [] : [`${text} ${entry(machine, quantity, state.at[k], READ_DIGITS)}${unitOf(machine, quantity)}`];
+      return Object.hasOwn(USUAL, name)
+        ? []
+        : [`${text} ${entry(machine, quantity, state.at[k], READ_DIGITS)}${unitOf(machine, quantity)}`];
     });
     byId("point-place").textContent = [
       `ω = ${entry(machine, "frequency", at[0], READ_DIGITS)}${frequency}`,
@@ -138,7 +140,9 @@ export class PointPanel {
     const [left, right] = shown(machine, "length", stops);
     const present = [left, right].filter((stop) => stop !== null);
     const animated = moving(machine, at, path, this.colours.of(label).colour);
-    const last = times.findLastIndex((time) => time <= Math.max(4 * animated.period, Math.min(2 * animated.loop, times.at(-1))) + 1e-9);
+    const last = times.findLastIndex(
+      (time) => time <= Math.max(4 * animated.period, Math.min(2 * animated.loop, times.at(-1))) + 1e-9,
+    );
     byId("pictures").hidden = false;
     this.#animation.show(animated);
     if (!isStill()) this.#animation.play();

@@ -13,7 +13,9 @@ export class PointForm {
       event.preventDefault();
       const { x, y } = domains();
       const { across, up } = this.form.elements;
-      const at = [numberOf(across, x), numberOf(up, y)].map((value, k) => inSI(this.machine, this.quantities[k], value));
+      const at = [numberOf(across, x), numberOf(up, y)].map((value, k) =>
+        inSI(this.machine, this.quantities[k], value),
+      );
       if (!at.includes(null)) chosen(at);
     });
   }

@@ -81,10 +81,9 @@ async function captionOf({ state, names, tiles, inUnits }) {
       const { text, quantity } = parameter(name, machine);
       return `${named(text, machine, quantity)} ${toRead(shown(machine, quantity, plane[name]))}`;
     });
-  const count = tiles.filter(isThere).length;
   return [
     `${[axis(names.x, x), axis(names.y, y), ...fixed].join("; ")}.`,
-    `${LAYERS[layer].text} ${STARTS[policy].said}, ${machine.periods} forcing periods watched.${count < tiles.length ? ` ${partOf(tiles).text}` : ""}`,
+    `${LAYERS[layer].text} ${STARTS[policy].phrase}, ${machine.periods} forcing periods watched. ${partOf(tiles).text}`,
     `grazemap ${version}, ${location.href}`,
   ];
 }
@@ -98,7 +97,20 @@ async function pictureOf(view) {
     reader.readAsDataURL(blob);
   });
   const caption = await captionOf(view);
-  return picture({ view: state, inUnits: view.inUnits, size, image: url, lines, marks, at, names, legend, lookOf, machine: state.machine, caption });
+  return picture({
+    view: state,
+    inUnits: view.inUnits,
+    size,
+    image: url,
+    lines,
+    marks,
+    at,
+    names,
+    legend,
+    lookOf,
+    machine: state.machine,
+    caption,
+  });
 }
 
 // `now()` is { state, tiles, lines, marks, at, names, image, size, legend, lookOf, ranges }: all tiles of the view, the
@@ -116,7 +128,7 @@ export function offer(now) {
       }
     });
   on("copy-link", () => copy(location.href, "The link was"));
-  const limited = async ({ ranges }) => ranges((await (await send("v1")).json()).limits.points);
+  const limited = async ({ ranges }) => ranges((await (await send("v1")).json()).limits.pixels);
   on("copy-python", async (view) => copy(asPython(view.state, await limited(view), address), "Python was"));
   on("copy-curl", async (view) => copy(asCurl(view.state, await limited(view), address), "The command was"));
   const savePicture = (kind, blobOf) =>

@@ -1,5 +1,7 @@
-// Units of the numbers of a machine; nondimensional numbers have none. Requests are in SI; a person may choose others to
-// read and write frequencies and lengths in.
+// Units of the numbers of a machine; nondimensional numbers have none. Requests are in SI; a person may choose others
+// to read and write frequencies and lengths in.
+import { toRead } from "./ticks.js";
+
 const SI = {
   frequency: "rad/s",
   length: "m",
@@ -27,7 +29,7 @@ export function choose(units) {
 
 export const isSI = (machine) => machine?.oscillator?.units === "SI";
 
-// A quantity may also be said by its unit in SI.
+// A quantity may also be told by its unit in SI.
 const kindOf = (quantity) => Object.keys(SI).find((kind) => SI[kind] === quantity) ?? quantity;
 const factor = (machine, quantity) => (isSI(machine) && UNITS[kindOf(quantity)]?.[chosen[kindOf(quantity)]]) || 1;
 
@@ -38,10 +40,12 @@ export function shown(machine, quantity, value) {
 }
 export const inSI = (machine, quantity, value) => (value === null ? null : value / factor(machine, quantity));
 
-// The text of a number for a field: as it is in SI, without the rounding of a conversion in another unit.
+// The text of a number for a field: as it is in SI; in another unit without what the conversion rounds.
 export function entry(machine, quantity, value, digits = DIGITS) {
   if (value === null || value === undefined) return "";
-  return factor(machine, quantity) === 1 ? `${value}` : `${Number(shown(machine, quantity, value).toPrecision(digits))}`;
+  return factor(machine, quantity) === 1
+    ? `${value}`
+    : `${Number(shown(machine, quantity, value).toPrecision(digits))}`;
 }
 
 // With a space before it, for a number.
@@ -49,6 +53,10 @@ export function unitOf(machine, quantity) {
   const kind = kindOf(quantity);
   return isSI(machine) && quantity ? ` ${chosen[kind] ?? SI[kind] ?? quantity}` : "";
 }
+
+// A number of a request for reading, with its unit.
+export const withUnit = (machine, quantity, value) =>
+  toRead(shown(machine, quantity, value)) + unitOf(machine, quantity);
 
 // What an axis or a field is called: "clearance (m)".
 export const named = (text, machine, quantity) => text + unitOf(machine, quantity).replace(/ (.+)/, " ($1)");
