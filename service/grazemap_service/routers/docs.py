@@ -14,11 +14,13 @@ from pathlib import Path
 
 from fastapi import FastAPI
 from starlette.requests import Request
-from starlette.responses import FileResponse, Response
+from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.staticfiles import StaticFiles
 from starlette.types import Receive, Scope, Send
 
 import grazemap
+from grazemap.results import UnfoldingMap
+from grazemap.wire.observables import OBSERVABLES
 from grazemap_service import middleware
 from grazemap_service.problems import ProblemException
 
@@ -97,6 +99,7 @@ def install(app: FastAPI, frame_origins: Sequence[str]) -> None:
     app.add_route("/", explorer, methods=["GET"], include_in_schema=False)
     app.add_route("/docs", _page("docs.html", "'none'"), methods=["GET"], include_in_schema=False)
     app.add_route("/static/palette.json", _palette, methods=["GET"], include_in_schema=False)
+    app.add_route("/static/observables.json", _observables, methods=["GET"], include_in_schema=False)
     app.mount(middleware.GUIDE, GUIDE, name="guide")
     app.mount("/static/swagger", _WholeFiles(directory=_swagger_files()), name="swagger")
     app.mount("/static", _WholeFiles(directory=_OWN), name="static")
@@ -114,6 +117,16 @@ def _page(name: str, frame_ancestors: str) -> Callable[[Request], Awaitable[Resp
 async def _palette(request: Request) -> Response:
     """Answer with the colours of the SDK's pictures."""
     return _WholeFile(_PALETTE, headers={"Cache-Control": "no-cache"})
+
+
+async def _observables(request: Request) -> Response:
+    """Answer with the observables of maps: their names, units in SI and descriptions."""
+    quantities = [
+        {"name": quantity.name, "unit": quantity.unit, "description": quantity.description}
+        for quantity in UnfoldingMap.schema
+        if quantity.name in OBSERVABLES
+    ]
+    return JSONResponse(quantities, headers={"Cache-Control": "no-cache"})
 
 
 def _swagger_files() -> Path:

@@ -134,11 +134,10 @@ OFFERED = """async (tiles) => {
     const { offer } = await import("/takehome.js");
     const files = [];
     HTMLAnchorElement.prototype.click = function () { files.push(this.download); };
-    const canvas = document.createElement("canvas");
     const state = { plane: { horizontal: "omega", vertical: "clearance" }, x: [1, 3], y: [1, 3] };
-    offer(() => ({ state, tiles, canvas }));
+    offer(() => ({ state, tiles }));
     const said = {};
-    for (const name of ["png", "csv", "npz"]) {
+    for (const name of ["csv", "npz"]) {
         document.getElementById(`save-${name}`).click();
         await new Promise((resolve) => setTimeout(resolve, 300));
         said[name] = document.getElementById("copied").textContent;
@@ -150,11 +149,11 @@ OFFERED = """async (tiles) => {
 def test_what_is_taken_home_of_a_part_says_so_and_no_other_tile_is_the_one_in_the_middle(page: Page) -> None:
     there, middle = tile(1, 1, "1-1r-1l"), tile(2, 1, None)
     offered = page.evaluate(OFFERED, [there, middle])
-    assert offered["files"] == ["grazemap-1-of-2-tiles.png", "grazemap-1-of-2-tiles.csv"]
-    assert all("1 of the 2 tiles" in offered["said"][name] for name in ("png", "csv"))
+    assert offered["files"] == ["grazemap-1-of-2-tiles.csv"]
+    assert "1 of the 2 tiles" in offered["said"]["csv"]
     assert "middle" in offered["said"]["npz"]
-    assert page.evaluate(OFFERED, [there])["files"][:2] == ["grazemap.png", "grazemap.csv"]
-    assert page.evaluate(OFFERED, [middle])["files"] == ["grazemap-0-of-1-tiles.png"]
+    assert page.evaluate(OFFERED, [there])["files"][:1] == ["grazemap.csv"]
+    assert page.evaluate(OFFERED, [middle])["files"] == []
 
 
 BASINS = """async (names) => {

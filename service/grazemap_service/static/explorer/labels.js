@@ -7,6 +7,13 @@ const count = (number) => (number === -2 ? "∞" : number < 0 ? `(${number})` : 
 
 export const labelOf = (period, right, left) => `${period}-${count(right)}r-${count(left)}l`;
 
+// The names of attractors, of which those of one name are numbered from the second on.
+export const numbered = (names) =>
+  names.map((name, k) => {
+    const number = names.slice(0, k).filter((other) => other === name).length;
+    return number ? `${name}, ${number + 1}` : name;
+  });
+
 // CRC-32 of a text, as in the SDK's pictures.
 function crc32(text) {
   let crc = -1;

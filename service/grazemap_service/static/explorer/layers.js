@@ -1,6 +1,8 @@
 // What the colours of the plane mean: the motion, or a value of every point.
 import { onRamp } from "./labels.js";
 
+// `field` is that of a map; `quantity`, or an SI unit, tells its unit; a map must be asked for `observables` and
+// `policy`.
 export const LAYERS = {
   motion: { text: "Motion" },
   exponent: {
@@ -16,33 +18,62 @@ export const LAYERS = {
     quantity: "velocity",
     white: "the motion has no impacts, or is not periodic",
   },
-  power: {
-    text: "Dissipated power",
-    field: "dissipated_power",
-    quantity: "power",
-    observables: ["dissipated_power"],
-    white: "the motion is unresolved or not decided yet",
+  number: {
+    text: "Number of motions",
+    field: "motions_found",
+    policy: "ensemble",
+    isCount: true,
+    white: "no state was followed to a motion",
   },
 };
+
+// Whether a map of a policy has the values of a layer.
+export const hasLayer = (policy, { policy: needed = policy }) => policy === needed;
+
+// Adds a layer for each observable, { name, unit, description }, of the service's maps.
+export function addObservables(observables) {
+  for (const { name, unit, description } of observables) {
+    const words = name.replaceAll("_", " ");
+    LAYERS[name] = {
+      text: words[0].toUpperCase() + words.slice(1),
+      field: name,
+      quantity: unit,
+      observables: [name],
+      description,
+      white: "it has no value, or the motion is unresolved or not decided yet",
+    };
+  }
+}
 
 const UNVERIFIED_SHADE = 0.55;
 const SHARE_IN_RANGE = 0.98;
 const SHADES = 256; // of a ramp
+const FAR = 0.5;
 const MOST_COUNTED = 1024; // points of a window, along a side, that are counted
 
 // The values between which a layer's ramp runs for these tiles, and whether some are beyond; null where they have none.
 export function rangeOf(layer, tiles) {
-  const { field, diverging } = LAYERS[layer];
+  const { field, diverging, isCount } = LAYERS[layer];
   const values = tiles
     .flatMap((tile) => (tile[field] ? [...tile[field].filter((_, k) => k % 37 === 0)] : []))
     .filter(Number.isFinite)
     .map((value) => (diverging ? Math.abs(value) : value))
     .sort((a, b) => a - b);
   if (!values.length) return null;
-  const most = values[Math.floor(SHARE_IN_RANGE * (values.length - 1))] || values[values.length - 1] || 1;
-  const power = 10 ** Math.floor(Math.log10(most));
+  const at = (share) => values[Math.floor(share * (values.length - 1))];
+  const largest = values.at(-1);
+  if (isCount) return [0, largest, false];
+  const most = at(SHARE_IN_RANGE) || largest || 1;
+  const least = at(1 - SHARE_IN_RANGE);
+  const isFar = !diverging && least > FAR * most && most > least; // from 0, which the ramp then leaves out
+  const power = 10 ** Math.floor(Math.log10(isFar ? most - least : most));
+  if (isFar) {
+    const low = Math.floor(least / power) * power;
+    const high = Math.ceil((most / power) * (1 - 1e-9)) * power;
+    return [low, high, largest > high];
+  }
   const round = [1, 2, 5, 10].find((factor) => factor * power >= most * (1 - 1e-9)) * power;
-  return [diverging ? -round : 0, round, values[values.length - 1] > round];
+  return [diverging ? -round : 0, round, largest > round];
 }
 
 const isPeriodic = (label) => /^\d/.test(label); // other motions are named by their kind
@@ -164,9 +195,9 @@ export function reading(tiles, x, y) {
     sensitive: Boolean(tile.sensitive?.[k]),
     preview: tile.preview,
     reason: tile.reasons[tile.reason[k]],
-    exponent: tile.lyapunov?.[k],
-    speed: tile.least_impact_velocity?.[k],
-    power: tile.dissipated_power?.[k],
+    figures: Object.values(LAYERS).flatMap((layer) =>
+      layer.field && Number.isFinite(tile[layer.field]?.[k]) ? [{ layer, value: tile[layer.field][k] }] : [],
+    ),
     at: [
       tile.x[0] + ((place(x, tile.x) + 0.5) / tile.points) * (tile.x[1] - tile.x[0]),
       tile.y[0] + ((place(y, tile.y) + 0.5) / tile.points) * (tile.y[1] - tile.y[0]),

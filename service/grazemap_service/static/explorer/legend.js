@@ -3,43 +3,39 @@ import { byId, element, swatch } from "./dom.js";
 import { NAMED } from "./labels.js";
 import { LAYERS, percent } from "./layers.js";
 import { toRead } from "./ticks.js";
-import { named } from "./units.js";
+import { named, shown } from "./units.js";
 
 const FIRST = 8; // motions that are named until more are asked for
-
-const numbered = (colour, k) => [swatch(colour), ` ${k + 1} `];
 
 export class Legend {
   hidden = new Set();
   #shown = "";
   #isWhole = false;
   #meanings = [];
+  #inSight = { motions: [], ramp: null };
 
   // `names` are those of bifurcations; `changed` is called when a motion was switched off or on.
   constructor({ colours, names, changed }) {
     Object.assign(this, { colours, changed });
     const { bifurcations, orders } = colours.palette;
-    const item = (...parts) => element("li", { hidden: true }, ...parts);
     this.#meanings = [
       ...Object.entries(names).map(([type, name]) => ({
         isSeen: (drawing) => drawing.type === type,
-        item: item(swatch(bifurcations[type]), `${type}: ${name}`),
+        colours: [bifurcations[type]],
+        text: `${type}: ${name}`,
       })),
-      {
-        isSeen: ({ dashed }) => dashed,
-        item: item("Dashed: no motion follows it, as its orbits are not admissible."),
-      },
-      {
-        isSeen: ({ thin, type }) => thin && type,
-        item: item("Thin: the motion is unstable on both sides."),
-      },
+      { isSeen: ({ dashed }) => dashed, text: "Dashed: no motion follows it, as its orbits are not admissible." },
+      { isSeen: ({ thin, type }) => thin && type, text: "Thin: the motion is unstable on both sides." },
       {
         isSeen: ({ shape }) => shape === "circle",
-        item: item(
-          element("span", {}, "Circles: half periods after which the graze recurs: ", ...orders.flatMap(numbered)),
-        ),
+        text: "Circles: half periods after which the graze recurs:",
+        numbered: orders,
       },
-    ];
+    ].map(({ colours: before = [], numbered = [], ...meaning }) => {
+      const after = numbered.flatMap((colour, k) => [swatch(colour), ` ${k + 1} `]);
+      const parts = [...before.map((colour) => swatch(colour)), element("span", {}, `${meaning.text} `, ...after)];
+      return { ...meaning, before, numbered, item: element("li", { hidden: true }, ...parts) };
+    });
     byId("curve-legend").append(...this.#meanings.map((meaning) => meaning.item));
   }
 
@@ -53,6 +49,12 @@ export class Legend {
     for (const { isSeen, item } of this.#meanings) item.hidden = !drawn.some(isSeen);
   }
 
+  // What the legend says of what is in sight: { motions, ramp, meanings }. Motions are { label, share }, meanings
+  // { text, before, numbered } with their colours; `ramp` is { text, white, diverging } where values are shown.
+  get inSight() {
+    return { ...this.#inSight, meanings: this.#meanings.filter(({ item }) => !item.hidden) };
+  }
+
   // Shows the motions with their shares, the largest first, or the range of a layer's values.
   show(state, motions, range) {
     const { field } = LAYERS[state.layer];
@@ -60,16 +62,25 @@ export class Legend {
     byId("legend").hidden = Boolean(field);
     if (field) this.#showRamp(state, range);
     else this.#showMotions(motions);
+    const ramp = field && { ...this.#rampOf(state, range), diverging: LAYERS[state.layer].diverging };
+    this.#inSight = { motions: motions.slice(0, NAMED).filter(({ label }) => !this.hidden.has(label)), ramp };
   }
 
-  #showRamp({ layer, machine }, range) {
-    const { text, unit = "", quantity, diverging, white } = LAYERS[layer];
-    const name = `${named(text, machine, quantity)}${unit && ` ${unit}`}`;
-    byId("ramp-white").textContent = `White: ${white}.`;
-    byId("ramp").className = diverging ? "diverging" : "sequential";
-    byId("ramp-text").textContent = range
-      ? `${name}: ${toRead(range[0])} to ${toRead(range[1])}${range[2] ? " or more" : ""}`
+  #rampOf({ layer, machine }, range) {
+    const { text: what, unit = "", quantity, white } = LAYERS[layer];
+    const name = `${named(what, machine, quantity)}${unit && ` ${unit}`}`;
+    const value = (end) => toRead(shown(machine, quantity, end));
+    const text = range
+      ? `${name}: ${value(range[0])} to ${value(range[1])}${range[2] ? " or more" : ""}`
       : `${name}: comes with the complete tiles; the motions stand, pale`;
+    return { text, white: `White: ${white}.` };
+  }
+
+  #showRamp(state, range) {
+    const { text, white } = this.#rampOf(state, range);
+    byId("ramp-white").textContent = white;
+    byId("ramp").className = LAYERS[state.layer].diverging ? "diverging" : "sequential";
+    byId("ramp-text").textContent = text;
   }
 
   #showMotions(all) {

@@ -1,6 +1,6 @@
 // The canvas of the plane: the window that it shows, and its picture of tiles, curves, marks and axes.
+import { layout, paintAxes } from "./axes.js";
 import { isPhone } from "./dom.js";
-import { axisName, ticks } from "./ticks.js";
 
 // The strips with the axes, over the picture: widths of the one on the left and the one below, and the size of letters.
 const EDGES = { side: 60, strip: 26, font: 12 };
@@ -14,7 +14,7 @@ export class Plane {
   box = null; // the rectangle that is being dragged, { from, to }
   #edges = EDGES;
   #settling = null;
-  #frame = null;
+  #drawing = null;
 
   // `act` has moved(view), resized(), settled(view), pick(point), point(place on the canvas or null), home(),
   // takesWheel() and mayZoomIn().
@@ -35,7 +35,8 @@ export class Plane {
     this.width = Math.max(1, clientWidth);
     this.height = Math.max(1, clientHeight);
     this.#edges = isPhone() ? PHONE_EDGES : EDGES;
-    for (const name of ["side", "strip"]) // what floats keeps clear of them
+    for (const name of ["side", "strip"])
+      // what floats keeps clear of them
       document.documentElement.style.setProperty(`--${name}`, `${this.#edges[name]}px`);
     this.draw();
   }
@@ -106,8 +107,8 @@ export class Plane {
   }
 
   draw() {
-    this.#frame ??= requestAnimationFrame(() => {
-      this.#frame = null;
+    this.#drawing ??= requestAnimationFrame(() => {
+      this.#drawing = null;
       if (this.view) this.#paint();
     });
   }
@@ -127,6 +128,23 @@ export class Plane {
     if (this.box) this.#paintBox(pen);
     pen.fillStyle = style.backgroundColor;
     this.#paintAxes(pen, ink);
+  }
+
+  // The tiles alone, as a canvas of the size of the plane.
+  image() {
+    const ratio = globalThis.devicePixelRatio || 1;
+    const canvas = new OffscreenCanvas(this.canvas.width, this.canvas.height);
+    const pen = canvas.getContext("2d");
+    pen.scale(ratio, ratio);
+    pen.fillStyle = "#FFFFFF";
+    pen.fillRect(0, 0, this.width, this.height);
+    this.#paintTiles(pen);
+    return canvas;
+  }
+
+  // The marks that are drawn: those that do not cover one another.
+  get marksApart() {
+    return this.#apart().map(({ mark }) => mark);
   }
 
   // The place of a tile on the canvas, in whole pixels: there are no seams.
@@ -241,37 +259,24 @@ export class Plane {
     pen.fillRect(0, 0, side, height);
     pen.fillRect(side, bottom, width - side, strip);
     pen.globalAlpha = 1;
-    pen.strokeStyle = pen.fillStyle = ink;
+    pen.fillStyle = ink;
     pen.font = `${font}px system-ui, sans-serif`;
-    const across = ticks(this.view.x, Math.max(2, width / 110));
-    const up = ticks(this.view.y, Math.max(2, height / 60));
-    const middle = bottom + strip / 2 + 1;
-    const name = `${axisName(names?.x ?? "", across)} →`;
-    const end = width - pen.measureText(name).width - 10;
-    pen.textBaseline = "middle";
-    pen.textAlign = "left";
-    pen.fillText(name, end, middle);
-    pen.textAlign = "center";
-    for (const { value, text } of across.marks) {
-      const x = this.#px(value);
-      const half = pen.measureText(text).width / 2;
-      if (x - half < side || x + half > end - 8) continue;
-      pen.fillRect(x - 0.5, bottom, 1, 4);
-      pen.fillText(text, x, middle);
-    }
-    pen.textAlign = "right";
-    for (const { value, text } of up.marks) {
-      const y = this.#py(value);
-      if (y < font || y > bottom - font) continue;
-      pen.fillRect(side - 4, y - 0.5, 4, 1);
-      pen.fillText(text, side - 7, y);
-    }
-    pen.save();
-    pen.translate(font / 2 + 2, bottom / 2);
-    pen.rotate(-Math.PI / 2);
-    pen.textAlign = "center";
-    pen.fillText(`${axisName(names?.y ?? "", up)} →`, 0, 0);
-    pen.restore();
+    const line = strip / 2 + 1;
+    paintAxes(
+      pen,
+      layout({
+        view: this.scene.inUnits?.(this.view) ?? this.view,
+        frame: { left: 0, right: this.width, top: 0, bottom: this.height },
+        clear: { left: side, bottom },
+        names: names ?? { x: "", y: "" },
+        suffix: " →",
+        places: { x: { x: width - 10, y: bottom + line, anchor: "end" }, y: { x: font / 2 + 2, y: bottom / 2 } },
+        gaps: { x: line, y: 7 },
+        most: { x: Math.max(2, width / 110), y: Math.max(2, height / 60) },
+        font,
+        measure: (text) => pen.measureText(text).width,
+      }),
+    );
   }
 
   #distance(point, other) {

@@ -5,14 +5,16 @@ import { chart, circle, extent } from "./charts.js";
 import { stopsOf, withImpacts } from "./contact.js";
 import { byId, element, swatch } from "./dom.js";
 import { showBasins, showBranch, showCurves } from "./further.js";
+import { explain, showLonger, showOthers, verdictOf } from "./others.js";
 import { USUAL, parameter, placeOf } from "./parameters.js";
 import { withoutRemedy } from "./layers.js";
 import { isStill, moving } from "./moving.js";
 import * as requests from "./requests.js";
 import { knock } from "./sound.js";
 import { toRead } from "./ticks.js";
-import { named, unitOf } from "./units.js";
+import { entry, named, shown, unitOf } from "./units.js";
 
+const READ_DIGITS = 6; // of a number in another unit
 const PERIODS_SHOWN = 12;
 const HALF = { width: 160, height: 132 };
 const LOW = { width: 320, height: 110 };
@@ -40,6 +42,8 @@ export class PointPanel {
       });
     ask("basins", "Basins", showBasins, "basins");
     ask("branch", "The branch", showBranch, "branch");
+    ask("others", "The motions", showOthers, "others");
+    ask("longer", "The motion", showLonger, "unresolved-longer");
     ask("curves", "The curves", showCurves, "own-curves");
   }
 
@@ -69,17 +73,22 @@ export class PointPanel {
     byId("point-section").scrollTop = 0;
     byId("basins").replaceChildren();
     byId("branch").replaceChildren();
+    byId("others").replaceChildren();
+    byId("unresolved").hidden = true;
+    byId("unresolved-longer").textContent = "";
     byId("own-curves").textContent = "";
     byId("pictures").hidden = true;
     const frequency = unitOf(machine, "frequency");
     const length = unitOf(machine, "length");
     const others = ["horizontal", "vertical"].flatMap((axis, k) => {
       const { name, text, quantity } = parameter(state.plane[axis], machine);
-      return Object.hasOwn(USUAL, name) ? [] : [`${text} ${state.at[k]}${unitOf(machine, quantity)}`];
+      return Object.hasOwn(USUAL, name)
+        ? []
+        : [`${text} ${entry(machine, quantity, state.at[k], READ_DIGITS)}${unitOf(machine, quantity)}`];
     });
     byId("point-place").textContent = [
-      `ω = ${at[0]}${frequency}`,
-      `${parameter("clearance", machine).text} ${at[1]}${length}`,
+      `ω = ${entry(machine, "frequency", at[0], READ_DIGITS)}${frequency}`,
+      `${parameter("clearance", machine).text} ${entry(machine, "length", at[1], READ_DIGITS)}${length}`,
       ...others,
     ].join(", ");
     byId("ask-branch").textContent = `Follow the branch over the ${parameter(state.plane.vertical, machine).text}`;
@@ -126,12 +135,16 @@ export class PointPanel {
     byId("point-name").replaceChildren(swatch(this.colours.of(label).colour, this.colours.of(label).image), label);
     byId("point-why").textContent = [why, this.state.note].filter(Boolean).join(" ");
     const stops = stopsOf(machine, at[1]);
-    const present = stops.filter((stop) => stop !== null);
-    const { time: times, q, v } = withImpacts(machine, path, stops);
-    const shown = moving(machine, at, path, this.colours.of(label).colour);
-    const last = times.findLastIndex((time) => time <= Math.max(4 * shown.period, Math.min(2 * shown.loop, times.at(-1))) + 1e-9);
+    const { time: times, q: displacements, v } = withImpacts(machine, path, stops);
+    const q = shown(machine, "length", displacements);
+    const [left, right] = shown(machine, "length", stops);
+    const present = [left, right].filter((stop) => stop !== null);
+    const animated = moving(machine, at, path, this.colours.of(label).colour);
+    const last = times.findLastIndex(
+      (time) => time <= Math.max(4 * animated.period, Math.min(2 * animated.loop, times.at(-1))) + 1e-9,
+    );
     byId("pictures").hidden = false;
-    this.#animation.show(shown);
+    this.#animation.show(animated);
     if (!isStill()) this.#animation.play();
     byId("portrait").replaceChildren(
       chart({
@@ -145,14 +158,14 @@ export class PointPanel {
       }),
     );
     const { impacts } = path;
-    const place = (stop) => (stop > 0 ? stops[1] : stops[0]);
+    const place = (stop) => (stop > 0 ? right : left);
     byId("history").replaceChildren(
       chart({
         title: "Displacement of the contact over time, with its impacts",
         size: LOW,
         x: [0, times[last]],
         y: extent([...q, ...present]),
-        names: { x: named("time", machine, "time"), y: named("displacement", machine, "length") },
+        names: { x: named("time", machine, "time"), y: named("contact", machine, "length") },
         series: [{ x: times.slice(0, last + 1), y: q.slice(0, last + 1), kind: "motion" }],
         bars: present.map((y) => ({ y, kind: "stop" })),
         dots: impacts.time.flatMap((time, k) =>
@@ -174,17 +187,10 @@ export class PointPanel {
 
   // The motion that a map names: it measures exponents, which tell chaos.
   async #ofMap() {
-    const { motion, motions, lyapunov, reason, reasons } = await this.compute(
-      "unfolding-maps",
-      requests.pointMap(this.machine, this.at),
-    );
-    const { label, kind } = motions[motion[0][0]];
-    const exponent = lyapunov?.[0]?.[0];
-    const measured = Number.isFinite(exponent) ? `Lyapunov exponent ${toRead(exponent)} per forcing period.` : "";
-    return {
-      label: label ?? kind,
-      why: [kind === "unresolved" && withoutRemedy(reasons[reason[0][0]] ?? ""), measured].filter(Boolean).join(" "),
-    };
+    const verdict = verdictOf(await this.compute("unfolding-maps", requests.pointMap(this.machine, this.at)));
+    const { label, exponent } = verdict;
+    explain(verdict, this.machine.periods);
+    return { label, why: exponent === null ? "" : `Lyapunov exponent ${toRead(exponent)} per forcing period.` };
   }
 
   async #orbit() {

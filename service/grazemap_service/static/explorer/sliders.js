@@ -1,8 +1,7 @@
 // Sliders for what a machine has beside the axes of the plane.
 import { byId, element } from "./dom.js";
 import { complete, namesOf, parameter, valueOf, withParameter } from "./parameters.js";
-import { toRead } from "./ticks.js";
-import { unitOf } from "./units.js";
+import { unitOf, withUnit } from "./units.js";
 
 const SHOWN = ["restitution", "damping", "forcing", "omega", "clearance", "clearance_left"];
 const OF_PLANE = ["omega", "clearance"];
@@ -31,7 +30,11 @@ export class Sliders {
   // Shows the values of a state of the page; its machine is the one to which factors refer unless a slider made it.
   show({ machine, plane }) {
     if (machine !== this.made) Object.assign(this, { made: machine }).#begin(machine);
-    const shown = JSON.stringify([this.#of, plane]);
+    const shown = JSON.stringify([
+      this.#of,
+      plane,
+      ...OF_PLANE.map((name) => unitOf(machine, parameter(name).quantity)),
+    ]);
     if (this.isMoving || shown === this.shown) return; // so that a slider keeps the focus
     this.shown = shown;
     const axes = [plane.horizontal, plane.vertical];
@@ -79,7 +82,7 @@ export class Sliders {
 
   #text(name) {
     const { quantity, factor } = parameter(name, this.#of);
-    return `${factor ? "× " : ""}${toRead(this.#value(name))}${unitOf(this.#of, quantity)}`;
+    return `${factor ? "× " : ""}${withUnit(this.#of, quantity, this.#value(name))}`;
   }
 
   #move(input) {
