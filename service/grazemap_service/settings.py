@@ -69,9 +69,9 @@ class ServiceSettings(RedisSettings):
         NoDecode,
         Field(
             description="origins whose pages may show the explorer in a frame, as `https://course.example`, "
-            "`https://*.course.example` or `http://localhost:*`, or `*`; an empty list, as `,`, for its own alone"
+            "`https://*.course.example` or `http://localhost:*`, or `*`; a comma alone: pages of the service only"
         ),
-    ] = tuple(f"{scheme}://{host}:*" for host in LOOPBACK_HOSTS[:2] for scheme in ("http", "https"))
+    ] = tuple(f"http://{host}:*" for host in LOOPBACK_HOSTS[:2])
 
     max_body_bytes: Annotated[int, Field(gt=0, description="maximum bytes of a request's body")] = 1 << 20
     max_depth: Annotated[int, Field(gt=0, lt=500, description="maximum nesting of a JSON body")] = 32

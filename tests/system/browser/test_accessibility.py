@@ -76,6 +76,25 @@ def test_axe_finds_no_barrier_in_what_is_asked_about_a_point(small: Watched, url
     assert barriers(page) == []
 
 
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_no_barrier_in_the_story_and_the_places(small: Watched, url: str, scheme: Any) -> None:
+    page = small.page
+    page.emulate_media(color_scheme=scheme)
+    page.goto(f"{url}/")
+    by_state = {}
+    for step in ("Next", "Next", "Done"):
+        by_state[f"the story before {step}"] = barriers(page)
+        page.get_by_role("button", name=step).click()
+    page.locator("#open-gallery").click()
+    expect(page.locator("#places small").first).not_to_be_empty(timeout=WAIT)
+    by_state["the places"] = barriers(page)
+    page.goto("about:blank")
+    page.goto(f"{url}/#{USUAL}&embed=sliders,legend,colour")
+    expect(page.locator("#legend button").first).to_be_visible(timeout=WAIT)
+    by_state["a part of another page"] = barriers(page)
+    assert {state: findings for state, findings in by_state.items() if findings} == {}
+
+
 def test_axe_sees_a_barrier(small: Watched, url: str) -> None:
     """A page with faults is not found to be without any."""
     page = show(small, url, USUAL, wait=False)

@@ -1,5 +1,5 @@
-// The page as a part of another one: #...&embed=sliders,legend has the plane, the machine beside the pointer, and of the
-// controls those that are named.
+// The page as a part of another one: #...&embed=sliders,legend has the plane, the machine beside the pointer, and the
+// controls that are named.
 import { byId } from "./dom.js";
 
 const CONTROLS = ["sliders", "legend", "point", "colour", "zoom"];

@@ -54,7 +54,7 @@ export class Gallery {
     for (const step of STEPS) {
       const left = this.#cards.filter(({ points }) => points < step.points);
       const oneByOne = async () => {
-        for (let card = left.shift(); card && !signal.aborted; card = left.shift()) await this.#picture(card, step, signal);
+        while (left.length && !signal.aborted) await this.#picture(left.shift(), step, signal);
       };
       await Promise.all(Array.from({ length: step.atOnce }, oneByOne));
     }

@@ -24,7 +24,7 @@ export const PLACES = [
   {
     machine: softer,
     text: "Chatter that comes to rest",
-    says: "Slower, and one impact in a period becomes two, then three, then infinitely many: the hammer sticks to its stop.",
+    says: "One impact in a period becomes two, then three, then infinitely many: the hammer comes to rest on its stop.",
     x: [12, 46],
     y: [0.0002, 0.0034],
     shows: ["1-1r-(-1)l", "1-2r-(-1)l", "1-3r-(-1)l", "1-∞r-(-1)l"],

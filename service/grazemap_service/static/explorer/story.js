@@ -1,5 +1,5 @@
-// The story of the first visit: a small card says three things, while the machine moves to places of the plane that show
-// them. It ends when someone presses or moves the plane, and is not shown again unless asked for.
+// The story of the first visit: a small card says three things, while the machine moves to places of the plane that
+// show them. It ends when someone presses or moves the plane, and is not shown again unless asked for.
 import { byId, isPhone } from "./dom.js";
 import { forBrowser } from "./kept.js";
 import { besideLine, insides } from "./storyplaces.js";
@@ -18,7 +18,7 @@ const hasRhythm = (label) => label !== null && /^\d/.test(label) && !label.endsW
 
 const YOURS = "Drag, zoom, click: it is yours.";
 
-// What a step says, and at its end, and the points that it shows, of a scene as `look` has it; null: what it needs has not come.
+// What a step says, and then, and the points that it shows of a scene as `look` has it; null: what it needs has not come.
 const STORY = [
   {
     says: "This is a machine. It is shaken, and one of its masses moves between two stops.",
@@ -33,7 +33,7 @@ const STORY = [
     },
   },
   {
-    says: "These colours are its rhythms. Each point of the plane is one machine, and its colour the rhythm of its impacts.",
+    says: "These colours are its rhythms. Each point of the plane is one machine, its colour the rhythm of its impacts.",
     then: YOURS,
     points: ({ labelAt, window }) => {
       const rhythmAt = (x, y) => {

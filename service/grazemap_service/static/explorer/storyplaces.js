@@ -11,8 +11,8 @@ export function valueAt({ x: xs, y: ys }, x) {
   return ys[k - 1] + ((x - xs[k - 1]) / (xs[k] - xs[k - 1])) * (ys[k] - ys[k - 1]);
 }
 
-// The points of a line in a window, over a share of its width: on the line, and a share of its height above it and below;
-// null: they are outside.
+// The points of a line in a window, over a share of its width: on the line, and a share of its height above it and
+// below; null: they are outside.
 export function besideLine(line, window, { across, apart }) {
   const x = along(window.x, across);
   const y = valueAt(line, x);
