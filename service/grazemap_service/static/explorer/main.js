@@ -445,6 +445,7 @@ function say(seenTiles = seen()) {
     parts.push("Double precision ends here: neighbouring points would be less than 64 roundings apart.");
   else if (roundOffDecides(seenTiles))
     parts.push("Round-off decides nearly all labels here: a closer look shows no more.");
+  byId("says").className = parts.slice(0, 3).some(Boolean) ? "wrong" : ""; // which has room on a phone too
   byId("says").textContent = parts.filter(Boolean).join(" ");
   if (!place) {
     byId("reading").textContent = UNREAD;
