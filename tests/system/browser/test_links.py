@@ -14,6 +14,7 @@ from playwright.sync_api import Browser, Page, expect
 from tests.support.explorer_page import FIRST, QUICK
 from tests.support.page_modules import modules
 from tests.support.watched_page import Watched
+from tests.system.browser.conftest import watched_page
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
 
@@ -114,6 +115,14 @@ def test_a_fault_stands_until_the_next_move_and_the_address_says_what_is_shown(w
     expect(says).to_contain_text("“foo”")
     page.get_by_role("button", name="Zoom in").click()
     expect(says).not_to_contain_text("foo")
+
+
+def test_a_fault_is_seen_on_a_phone(browser: Browser, url: str) -> None:
+    for watched in watched_page(browser, url, 390, 844):
+        watched.page.goto(f"{url}/#{QUICK}&layer=colour")
+        says = watched.page.locator("#says")
+        expect(says).to_contain_text("colour")
+        expect(says).to_be_visible()
 
 
 def test_a_machine_that_the_service_refuses_is_said_and_another_one_is_shown(watched: Watched, url: str) -> None:

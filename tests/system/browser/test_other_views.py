@@ -111,6 +111,7 @@ def test_units_are_no_choice_for_a_machine_without_any(tiny: Watched, url: str) 
     page.locator("#view-section > summary").click()
     expect(page.locator("#policy")).to_be_visible()
     expect(page.locator("#units")).to_be_hidden()
+    page.locator("#view-section > summary").click()
     page.mouse.move(500, 300)
     soon(page, lambda: "ω = 0.2" in page.locator("#reading").inner_text())
     assert "Hz" not in page.locator("#reading").inner_text()
@@ -122,14 +123,13 @@ def test_motions_that_exist_side_by_side_are_told_at_one_press(tiny: Watched, ur
     page.goto(f"{url}/#omega=0.27..0.28&clearance=1.8..1.9&at={at[0]},{at[1]}")
     page.get_by_role("button", name="Other motions here").click()
     expect(page.locator("#others li").first).to_be_visible(timeout=WAIT)
-    asked = {"omega": at[0], "clearance": at[1], "initial_conditions": 8, "policy": "ensemble"}
     entries = page.locator("#others li").all_inner_texts()
-    (body,) = tiny.posted("basin-fractions")
+    body = tiny.posted("basin-fractions")[-1]
     answer = answered(url, "basin-fractions", body)
     labels = {attractor["label"] for attractor in answer["attractors"]}
     assert len(labels) > 1
     assert {entry.partition(":")[0] for entry in entries} == labels
-    assert body["axis"]["values"][0] == asked["omega"]
+    assert (body["axis"]["values"][0], body["clearance"]) == at
 
 
 def test_an_unresolved_point_says_why_and_may_be_watched_longer(tiny: Watched, url: str) -> None:
@@ -151,5 +151,4 @@ def test_an_unresolved_point_says_why_and_may_be_watched_longer(tiny: Watched, u
     expect(page.locator("#unresolved-why")).to_contain_text("400")
     page.locator("#ask-longer").click()
     expect(page.locator("#unresolved-longer")).to_contain_text("4000", timeout=WAIT)
-    assert tiny.posted("unfolding-maps")[-1]["max_periods"] in {400, 4000}
     assert 4000 in {asked["max_periods"] for asked in tiny.posted("unfolding-maps")}

@@ -352,7 +352,15 @@ def test_errors_of_static_files_are_problems(
 
 
 @pytest.mark.parametrize(
-    "path", ["/", "/docs", "/static/palette.json", "/static/observables.json", "/static/explorer/main.js", "/static/swagger/swagger-ui.css"]
+    "path",
+    [
+        "/",
+        "/docs",
+        "/static/palette.json",
+        "/static/observables.json",
+        "/static/explorer/main.js",
+        "/static/swagger/swagger-ui.css",
+    ],
 )
 def test_files_of_pages_are_asked_for_again(client: TestClient, path: str) -> None:
     """After an update modules of two versions do not meet; what has not changed is not sent again."""

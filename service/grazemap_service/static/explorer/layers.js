@@ -49,6 +49,7 @@ const UNVERIFIED_SHADE = 0.55;
 const SHARE_IN_RANGE = 0.98;
 const SHADES = 256; // of a ramp
 const FAR = 0.5;
+const ROUND = [1, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10]; // times a power of ten, where a ramp may end
 const MOST_COUNTED = 1024; // points of a window, along a side, that are counted
 
 // The values between which a layer's ramp runs for these tiles, and whether some are beyond; null where they have none.
@@ -72,7 +73,7 @@ export function rangeOf(layer, tiles) {
     const high = Math.ceil((most / power) * (1 - 1e-9)) * power;
     return [low, high, largest > high];
   }
-  const round = [1, 2, 5, 10].find((factor) => factor * power >= most * (1 - 1e-9)) * power;
+  const round = ROUND.find((factor) => factor * power >= most * (1 - 1e-9)) * power;
   return [diverging ? -round : 0, round, largest > round];
 }
 

@@ -265,6 +265,7 @@ let sweeping = null;
 function askSweep(request) {
   clearTimeout(sweeping);
   sweeping = setTimeout(() => {
+    sweeping = null;
     if (!isSweep(state.policy)) return;
     const { x, y } = { x: address.endsOf(state.x), y: address.endsOf(state.y) };
     tiles.showWhole(family(), request(partsOf(x), partsOf(y), false), { x, y }, POINTS);
@@ -461,15 +462,16 @@ function say(seenTiles = seen()) {
   const parts = [troubleText, linkText, errorText];
   if (choosing) parts.push("Computing the grazing curve of the machine.");
   if (!seenTiles.length && waitingFor) parts.push(`Waiting for ${waitingFor}.`);
-  else if (done < total) parts.push("Refining …");
+  else if (done < total || sweeping) parts.push("Refining …");
   if (failed) parts.push(`${failed} of ${total} tiles failed.`);
   if (seenTiles.length && STARTS[state.policy].means) parts.push(STARTS[state.policy].means);
   parts.push(...curves.pending().map((what) => `Computing ${what}.`));
-  Object.assign(byId("progress"), { max: total, value: done, className: done === total ? "done" : "" });
+  Object.assign(byId("progress"), { max: total, value: done, className: done === total && !sweeping ? "done" : "" });
   if (across.ended || up.ended)
     parts.push("Double precision ends here: neighbouring points would be less than 64 roundings apart.");
   else if (roundOffDecides(seenTiles))
     parts.push("Round-off decides nearly all labels here: a closer look shows no more.");
+  byId("says").className = parts.slice(0, 3).some(Boolean) ? "wrong" : ""; // which has room on a phone too
   byId("says").textContent = parts.filter(Boolean).join(" ");
   if (!place) {
     byId("reading").textContent = UNREAD;

@@ -17,6 +17,7 @@ const TALLEST = 1.4; // heights of the plane over its width
 const FONT = 12;
 const LINE = 17;
 const LETTER = 0.56; // of the size of letters, about the width of one
+const WIDE_LETTER = 0.72; // in a link
 const SWATCH = 11;
 const INK = "#1a1a1a";
 const SOFT = "#55585c";
@@ -28,12 +29,15 @@ const text = (content, x, y, attributes = {}) =>
 
 // The lines into which a text is broken, at spaces or, of a long word, anywhere.
 export function broken(content, width, size = FONT) {
-  const most = Math.max(8, Math.floor(width / (LETTER * size)));
-  const lines = [""];
-  for (const word of content.split(" ").flatMap((part) => part.match(new RegExp(`.{1,${most}}`, "g")) ?? [])) {
+  const lengthIn = (letter) => Math.max(8, Math.floor(width / (letter * size)));
+  const most = lengthIn(LETTER);
+  const piece = new RegExp(`.{1,${lengthIn(WIDE_LETTER)}}`, "g");
+  const words = content.split(" ").flatMap((word) => (word.length > most ? word.match(piece) : word || []));
+  const lines = [];
+  for (const word of words) {
     const last = lines.at(-1);
-    if (last && last.length + 1 + word.length > most) lines.push(word);
-    else lines[lines.length - 1] = last ? `${last} ${word}` : word;
+    if (last !== undefined && last.length + 1 + word.length <= most) lines[lines.length - 1] = `${last} ${word}`;
+    else lines.push(word);
   }
   return lines;
 }
@@ -127,7 +131,7 @@ function machineOf(machine) {
 
 // The numbers of a machine, a text for each field.
 function numbersOf({ oscillator, stops, left }) {
-  const { units, ...fields } = complete(oscillator);
+  const { units, ...fields } = { ...oscillator, ...complete(oscillator) }; // in the order of its own
   const plain = (value) =>
     Array.isArray(value) && !value.some((part) => typeof part === "object") ? value.join(", ") : JSON.stringify(value);
   return [

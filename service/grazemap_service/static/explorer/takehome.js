@@ -89,28 +89,14 @@ async function captionOf({ state, names, tiles, inUnits }) {
 }
 
 async function pictureOf(view) {
-  const { state, image, legend, lookOf, size, lines, marks, at, names } = view;
-  const blob = await image.convertToBlob();
+  const blob = await view.image.convertToBlob();
   const reader = new FileReader();
-  const url = await new Promise((done) => {
+  const image = await new Promise((done) => {
     reader.onload = () => done(reader.result);
     reader.readAsDataURL(blob);
   });
   const caption = await captionOf(view);
-  return picture({
-    view: state,
-    inUnits: view.inUnits,
-    size,
-    image: url,
-    lines,
-    marks,
-    at,
-    names,
-    legend,
-    lookOf,
-    machine: state.machine,
-    caption,
-  });
+  return picture({ ...view, view: view.state, machine: view.state.machine, image, caption });
 }
 
 // `now()` is { state, tiles, lines, marks, at, names, image, size, legend, lookOf, ranges }: all tiles of the view, the
