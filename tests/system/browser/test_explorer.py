@@ -595,3 +595,26 @@ def test_a_phone_shows_the_page_without_scrolling_sideways(small: Watched, url: 
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
     background = page.evaluate("getComputedStyle(document.body).backgroundColor")
     assert (np.mean([int(part) for part in re.findall(r"\d+", background)][:3]) > 128) == (scheme == "light")
+
+
+def test_the_legend_explains_what_is_in_sight_only(small: Watched, url: str) -> None:
+    page = show(small, url, USUAL, wait=False)
+    explained = page.locator("#curve-legend li:visible")
+    expect(explained.filter(has_text="Circles")).to_have_count(1, timeout=WAIT)
+    points = answered(url, "grazing-curves", {"omega": {"start": 0.25, "stop": 0.3125, "points": 33}})["points"]
+    types = {point["bifurcation"] for point in points if 1.25 < point["clearance"] < 2} - {None}
+    assert len(types) > 1
+    assert {text.partition(":")[0] for text in explained.all_inner_texts()} == types | {"Circles"}
+    page.evaluate(f"location.hash = '{QUICK}'")  # above the curve and its marks
+    expect(explained).to_have_count(0)
+
+
+def test_the_legend_names_few_motions_until_more_are_asked_for(watched: Watched, url: str) -> None:
+    page = show(watched, url, USUAL)
+    named = page.locator("#legend button[value]")
+    expect(named).to_have_count(8)
+    others = page.locator("#legend li").last
+    rest = int(re.search(r"\d+", others.inner_text())[0])  # type: ignore[index]
+    others.get_by_role("button").click()
+    expect(named).to_have_count(24)
+    expect(others).to_contain_text(str(rest + 8 - 24))

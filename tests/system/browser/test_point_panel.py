@@ -45,7 +45,7 @@ def test_a_new_point_shows_nothing_of_the_orbit_before(watched: Watched, url: st
     expect(page.locator("#own-curves")).to_contain_text("of 1-1r-1l are drawn", timeout=WAIT)
 
 
-# The boxes of what a person sees of a point, and the parts of them that neither the window nor a scrolling box cuts off.
+# The boxes of what is shown of a point, and the parts of them that neither the window nor a scrolling box cuts off.
 IN_SIGHT = """async (ids) => {
     await Promise.all(document.getAnimations().map((animation) => animation.finished));
     return ids.map((id) => {

@@ -27,6 +27,7 @@ export const LAYERS = {
 
 const UNVERIFIED_SHADE = 0.55;
 const SHARE_IN_RANGE = 0.98;
+const SHADES = 256; // of a ramp
 const MOST_COUNTED = 1024; // points of a window, along a side, that are counted
 
 // The values between which a layer's ramp runs for these tiles, and whether some are beyond; null where they have none.
@@ -45,29 +46,60 @@ export function rangeOf(layer, tiles) {
 }
 
 const isPeriodic = (label) => /^\d/.test(label); // other motions are named by their kind
-const isUnverified = (tile, k) => !tile.verified[k] && isPeriodic(tile.labels[tile.motion[k]]);
 
-// Paints a tile on a canvas of one pixel a point. Every other point of a periodic motion that is not verified is dark.
+// A colour as a pixel of image data in one number, as browsers run on little-endian processors.
+const packed = ([red, green, blue], shade = 1) =>
+  ((255 << 24) | (Math.round(shade * blue) << 16) | (Math.round(shade * green) << 8) | Math.round(shade * red)) >>> 0;
+
+// The pixel of each point: of a motion that is hidden, 0. Every other point of a periodic motion that is not verified is
+// dark.
+function ofMotions({ labels, motion, verified }, hidden, colours) {
+  const shades = [1, UNVERIFIED_SHADE];
+  const looks = labels.map((label) => {
+    if (hidden.has(label)) return null;
+    const look = colours.of(label);
+    const pixels = [look.channels, look.stripe].map((colour) => shades.map((shade) => packed(colour, shade)));
+    return { look, pixels, isPeriodic: isPeriodic(label) };
+  });
+  return (k, row, column) => {
+    const shown = looks[motion[k]];
+    if (!shown) return 0;
+    const { look, pixels } = shown;
+    const striped = look.hatching && look.at(row, column) !== look.channels ? 1 : 0;
+    return pixels[striped][shown.isPeriodic && !verified[k] && (row + column) % 2 ? 1 : 0];
+  };
+}
+
+const ramps = new Map(); // pixels of equal shares
+function ramp(diverging) {
+  if (!ramps.has(diverging))
+    ramps.set(
+      diverging,
+      Uint32Array.from({ length: SHADES }, (_, k) => packed(onRamp(diverging, k / (SHADES - 1)))),
+    );
+  return ramps.get(diverging);
+}
+
+function ofValues(values, diverging, range) {
+  if (!values || !range) return () => 0;
+  const pixels = ramp(diverging);
+  const [low, high] = range;
+  const place = (value) => Math.round(((value - low) / (high - low)) * (SHADES - 1));
+  return (k) => (Number.isFinite(values[k]) ? pixels[Math.min(SHADES - 1, Math.max(0, place(values[k])))] : 0);
+}
+
+// Paints a tile on a canvas of one pixel a point.
 export function paint(tile, layer, { hidden, range, colours }) {
   const n = tile.points;
   const canvas = tile.canvas ?? new OffscreenCanvas(n, n);
   const pen = canvas.getContext("2d");
   const image = pen.createImageData(n, n);
+  const pixels = new Uint32Array(image.data.buffer);
   const { field, diverging } = LAYERS[layer];
-  const values = tile[field];
-  const ofLabels = tile.labels.map((label) => (hidden.has(label) ? null : colours.of(label)));
-  for (let k = 0; k < n * n; k++) {
-    const row = Math.floor(k / n);
-    const place = 4 * ((n - 1 - row) * n + (k - row * n));
-    let colour = null;
-    if (!field) colour = ofLabels[tile.motion[k]]?.at(row, k - row * n);
-    else if (values && range && Number.isFinite(values[k]))
-      colour = onRamp(diverging, (values[k] - range[0]) / (range[1] - range[0]));
-    if (!colour) continue;
-    const shade = !field && (row + k) % 2 && isUnverified(tile, k) ? UNVERIFIED_SHADE : 1;
-    for (let c = 0; c < 3; c++) image.data[place + c] = shade * colour[c];
-    image.data[place + 3] = 255;
-  }
+  const pixelOf = field ? ofValues(tile[field], diverging, range) : ofMotions(tile, hidden, colours);
+  for (let row = 0; row < n; row++)
+    for (let column = 0; column < n; column++)
+      pixels[(n - 1 - row) * n + column] = pixelOf(row * n + column, row, column);
   pen.putImageData(image, 0, 0);
   tile.canvas = canvas;
   return canvas;

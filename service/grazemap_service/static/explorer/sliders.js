@@ -46,6 +46,7 @@ export class Sliders {
   #begin(machine) {
     this.#of = machine;
     this.#values = {};
+    this.shown = null; // what a slider has moved is not that machine's
   }
 
   #value(name) {
