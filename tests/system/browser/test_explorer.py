@@ -170,9 +170,23 @@ def test_marks_that_cover_one_another_say_so(small: Watched, url: str) -> None:
 
 
 def test_previews_leave_motions_open(small: Watched, url: str) -> None:
+    held: list[Route] = []
+
+    def answer(route: Route) -> None:
+        """Let previews come; the tiles are held."""
+        if route.request.post_data_json.get("preview"):
+            route.continue_()
+        else:
+            held.append(route)
+
+    small.page.route("**/v1/unfolding-maps", answer)
     page = show(small, url, "omega=0.28125..0.296875&clearance=1.125..1.25", wait=False)
     expect(page.locator("#legend")).to_contain_text("not decided yet", timeout=WAIT)
+    soon(page, lambda: held)  # all previews have come
     expect(page.locator("#legend")).not_to_contain_text("unresolved")
+    page.unroute_all()
+    for route in held:
+        route.continue_()
     expect(page.locator("#legend")).not_to_contain_text("not decided yet", timeout=WAIT)  # verified tiles have come
 
 
