@@ -184,7 +184,7 @@ def test_previews_leave_motions_open(small: Watched, url: str) -> None:
     expect(page.locator("#legend")).to_contain_text("not decided yet", timeout=WAIT)
     soon(page, lambda: held)  # all previews have come
     expect(page.locator("#legend")).not_to_contain_text("unresolved")
-    page.unroute_all()
+    page.route("**/v1/unfolding-maps", lambda route: route.continue_())
     for route in held:
         route.continue_()
     expect(page.locator("#legend")).not_to_contain_text("not decided yet", timeout=WAIT)  # verified tiles have come
@@ -238,7 +238,7 @@ def test_panning_back_computes_nothing_and_history_goes_back(small: Watched, url
 
 
 def test_tiles_left_behind_are_given_up_unless_another_client_waits(small: Watched, url: str) -> None:
-    page = show(small, url, HARD, wait=False)
+    page = show(small, url, f'{HARD}&machine={{"periods":4000}}', wait=False)  # a tile takes long
     running: list[dict[str, Any]] = []
     while len(running) < 2:
         page.wait_for_timeout(200)
@@ -632,3 +632,26 @@ def test_the_legend_names_few_motions_until_more_are_asked_for(watched: Watched,
     others.get_by_role("button").click()
     expect(named).to_have_count(24)
     expect(others).to_contain_text(str(rest + 8 - 24))
+
+
+@pytest.mark.parametrize("width", [900, 1280])
+def test_menus_open_inside_the_window_one_at_a_time_and_close(small: Watched, url: str, width: int) -> None:
+    small.page.set_viewport_size({"width": width, "height": 480})
+    page = show(small, url, QUICK, wait=False)
+    cards = page.locator("details.menu[open] > .card")
+    for menu in page.locator("details.menu").all():
+        menu.locator("summary").click()
+        expect(cards).to_have_count(1)
+        soon(page, lambda: inside(cards.bounding_box(), width, 480))
+    page.keyboard.press("Escape")
+    expect(cards).to_have_count(0)
+    unfold(page, "View")
+    page.mouse.click(*place(page, 0.27, 2.1))
+    expect(cards).to_have_count(0)
+
+
+def inside(box: Any, width: int, height: int) -> bool:
+    """Return whether a box is whole inside the window."""
+    return bool(
+        box and min(box["x"], box["y"]) >= 0 and box["x"] + box["width"] <= width and box["y"] + box["height"] <= height
+    )

@@ -1,4 +1,4 @@
-"""The machine beside the pointer: it moves soon, in the motion of the point there, and stands still where that is asked."""
+"""The machine beside the pointer: it moves soon, in the motion of the point there, and stands still where asked to."""
 
 from __future__ import annotations
 

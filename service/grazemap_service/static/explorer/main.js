@@ -12,7 +12,7 @@ import { LAYERS, paint, rangeOf, reading, shares, withoutRemedy } from "./layers
 import { Legend } from "./legend.js";
 import { Living } from "./living.js";
 import { MachineForm } from "./machine.js";
-import { closeMenus } from "./menus.js";
+import { arrangeMenus } from "./menus.js";
 import { Overview } from "./overview.js";
 import { USUAL, intervalAbout, isUsual, parameter, placeOf, valueOf } from "./parameters.js";
 import { Plane } from "./plane.js";
@@ -478,7 +478,7 @@ byId("point-section").addEventListener("keydown", ({ key }) => key === "Escape" 
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", refresh);
 addEventListener("popstate", restore);
 listJobs();
-closeMenus();
+arrangeMenus();
 offer(() => {
   const { x: across, y: up } = plane.centre;
   const middle = ({ x: [left, right], y: [low, high] }) =>
