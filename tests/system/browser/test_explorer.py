@@ -238,7 +238,7 @@ def test_panning_back_computes_nothing_and_history_goes_back(small: Watched, url
 
 
 def test_tiles_left_behind_are_given_up_unless_another_client_waits(small: Watched, url: str) -> None:
-    page = show(small, url, f'{HARD}&machine={{"periods":4000}}', wait=False)  # a tile takes long
+    page = show(small, url, f'{HARD}&machine={{"periods":1000}}', wait=False)  # a tile takes long
     running: list[dict[str, Any]] = []
     while len(running) < 2:
         page.wait_for_timeout(200)
