@@ -51,6 +51,7 @@ pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
 STATIC = Path(grazemap_service.__file__).parent / "static"
 PALETTE = Path(grazemap.__file__).parent / "palette.json"
 MOST_BYTES = 120_000
+LONG = 'machine={"periods":1000}'  # so that a tile takes a while
 
 
 def test_the_page_is_small() -> None:
@@ -179,6 +180,7 @@ def test_previews_leave_motions_open(small: Watched, url: str) -> None:
         else:
             held.append(route)
 
+    small.page.set_viewport_size({"width": 500, "height": 300})  # has few tiles
     small.page.route("**/v1/unfolding-maps", answer)
     page = show(small, url, "omega=0.28125..0.296875&clearance=1.125..1.25", wait=False)
     expect(page.locator("#legend")).to_contain_text("not decided yet", timeout=WAIT)
@@ -187,7 +189,8 @@ def test_previews_leave_motions_open(small: Watched, url: str) -> None:
     page.route("**/v1/unfolding-maps", lambda route: route.continue_())
     for route in held:
         route.continue_()
-    expect(page.locator("#legend")).not_to_contain_text("not decided yet", timeout=WAIT)  # verified tiles have come
+    verified(page)
+    expect(page.locator("#legend")).not_to_contain_text("not decided yet")
 
 
 def test_legend_and_layers_ask_nothing(watched: Watched, url: str) -> None:
@@ -238,7 +241,7 @@ def test_panning_back_computes_nothing_and_history_goes_back(small: Watched, url
 
 
 def test_tiles_left_behind_are_given_up_unless_another_client_waits(small: Watched, url: str) -> None:
-    page = show(small, url, f'{HARD}&machine={{"periods":1000}}', wait=False)  # a tile takes long
+    page = show(small, url, f"{HARD}&{LONG}", wait=False)
     running: list[dict[str, Any]] = []
     while len(running) < 2:
         page.wait_for_timeout(200)
@@ -568,7 +571,7 @@ def test_a_table_of_a_view_that_is_not_complete_says_so(small: Watched, url: str
 
 
 def test_jobs_are_listed_and_cancelled(small: Watched, url: str) -> None:
-    page = show(small, url, ALSO_HARD, wait=False)
+    page = show(small, url, f"{ALSO_HARD}&{LONG}", wait=False)
     unfold(page, "Jobs")
     verified_tiles = page.locator("#jobs li").filter(has_text="unfolding-maps", has_not_text="preview")
     button = verified_tiles.get_by_role("button").first
