@@ -505,17 +505,17 @@ def test_what_is_taken_home(small: Watched, url: str, tmp_path: Path) -> None:
     page.route("**/v1/unfolding-maps", lambda route: None)  # an answer that does not come
     show(small, url, QUICK, wait=False)
     unfold(page, "Take home")
-    page.get_by_role("button", name="CSV of the points").click()
+    page.get_by_role("button", name="CSV", exact=True).click()
     expect(page.locator("#copied")).to_have_text("No tile of this window is complete yet.")
     page.unroute_all(behavior="ignoreErrors")
     page.goto("about:blank")
     show(small, url, QUICK)
     unfold(page, "Take home")
     saved = {}
-    for name in ("PNG", "SVG of the curves", "CSV of the points", "npz of the tile in the middle"):
+    for name in ("PNG", "SVG", "CSV", "npz"):
         with page.expect_download() as download:
-            page.get_by_role("button", name=name).click()
-        saved[name[:3]] = tmp_path / download.value.suggested_filename
+            page.get_by_role("button", name=name, exact=True).click()
+        saved[name] = tmp_path / download.value.suggested_filename
         download.value.save_as(saved[name[:3]])
     assert saved["PNG"].read_bytes().startswith(b"\x89PNG")
     assert "<path" in saved["SVG"].read_text()
@@ -533,7 +533,8 @@ def test_what_is_taken_home(small: Watched, url: str, tmp_path: Path) -> None:
 
     assert copied("Copy link") == page.url
     command = copied("Copy as curl").replace("curl -s", "curl -sf", 1)
-    assert len(json.loads(subprocess.run(command, shell=True, capture_output=True, check=True).stdout)["omega"]) == 128
+    answer = json.loads(subprocess.run(command, shell=True, capture_output=True, check=True).stdout)
+    assert len(answer["omega"]) % 128 == 0  # of all tiles in sight
     program = copied("Copy as Python")
     ast.parse(program)
     subprocess.run([sys.executable, "-c", program], cwd=tmp_path, check=True)
@@ -557,7 +558,7 @@ def test_a_table_of_a_view_that_is_not_complete_says_so(small: Watched, url: str
     _, total, _ = page.evaluate(PROGRESS)
     unfold(page, "Take home")
     with page.expect_download() as download:
-        page.get_by_role("button", name="CSV of the points").click()
+        page.get_by_role("button", name="CSV", exact=True).click()
     assert f"-1-of-{total}-tiles" in download.value.suggested_filename
     expect(page.locator("#copied")).to_contain_text(f"1 of the {total} tiles")
     download.value.save_as(tmp_path / "part.csv")

@@ -245,11 +245,10 @@ def test_a_researcher_goes_from_a_border_to_its_curve_its_branch_and_a_figure(
     with page.expect_download() as download:
         page.get_by_role("button", name="PNG", exact=True).click()
     download.value.save_as(tmp_path / "figure.png")
-    box = page.locator("#plane").bounding_box()
-    assert box is not None
-    across, down = spot(page, omega, border.clearance)
-    column, row = round(across - box["x"]), round(down - box["y"])
-    around = np.round(255 * plt.imread(tmp_path / "figure.png")[row - 3 : row + 4, column - 3 : column + 4, :3])
+    picture = plt.imread(tmp_path / "figure.png")
+    scale = picture.shape[1] / float(ET.parse(tmp_path / "figure.svg").getroot().attrib["width"])
+    column, row = np.rint(scale * at_of_frame(page, frame.attrib, omega, border.clearance)).astype(int)
+    around = np.round(255 * picture[row - 6 : row + 7, column - 6 : column + 7, :3])
     wanted = [int(colour[k : k + 2], 16) for k in (1, 3, 5)]
     assert np.abs(around - wanted).max(axis=2).min() <= 2
 

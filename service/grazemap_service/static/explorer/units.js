@@ -7,6 +7,7 @@ const SI = {
   length: "m",
   time: "s",
   velocity: "m/s",
+  power: "W",
   mass: "kg",
   stiffness: "N/m",
 };
