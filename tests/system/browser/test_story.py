@@ -122,7 +122,8 @@ def test_where_the_browser_keeps_nothing_the_story_is_told(watched: Watched, url
     page.goto(f"{url}/")
     page.get_by_role("button", name="Skip").click()
     expect(page.locator("#story")).to_be_hidden()
-    page.reload()
+    page.goto("about:blank")
+    page.goto(f"{url}/")
     expect(page.locator("#story")).to_be_visible()
 
 

@@ -22,6 +22,7 @@ export const UNSAID = {
   curves: "grazing",
   borders: false,
   at: null,
+  embed: null,
   machine: PRESETS.paper.machine,
 };
 

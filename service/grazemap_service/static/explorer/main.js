@@ -31,7 +31,7 @@ import { rounded, toRead } from "./ticks.js";
 import { storedMap } from "./stored.js";
 import { Story } from "./story.js";
 import { Tiles } from "./tiles.js";
-import { UNITS, USUAL_UNITS, choose, isSI, named, shown, unitOf, withUnit } from "./units.js";
+import { UNITS, choose, isSI, named, shown, unitOf, withUnit } from "./units.js";
 
 const MOST_SENSITIVE = 0.9; // share of labels that round-off may change, above which a closer look is of no use
 const ORDER_AGAIN = 400; // milliseconds, after which the tiles under the pointer come first
@@ -40,19 +40,7 @@ const SWEEP_AFTER = 300; // milliseconds after the last step of a window
 const SLIDE_AGAIN = 150; // milliseconds between the machines of a slider that moves
 
 const { paper } = PRESETS;
-const STANDARD = {
-  x: paper.x,
-  y: paper.y,
-  plane: USUAL,
-  machine: paper.machine,
-  layer: "motion",
-  policy: "rest",
-  units: USUAL_UNITS,
-  curves: "grazing",
-  borders: false,
-  at: null,
-  embed: null,
-};
+const STANDARD = { ...address.UNSAID, x: paper.x, y: paper.y };
 
 const [palette, observables] = await Promise.all(
   ["palette", "observables"].map(async (name) => (await fetch(`static/${name}.json`)).json()),
