@@ -65,7 +65,7 @@ def create_app(settings: ServiceSettings | None = None) -> FastAPI:
     app.add_middleware(RequestLog, metrics=context.metrics)  # added last, so it is the outermost middleware
     for module in _ROUTERS:
         app.include_router(module.router)
-    docs.install(app)
+    docs.install(app, settings.frame_origins)
     make_document = openapi.install(app, keys=settings.needs_keys, masses=settings.max_masses)
     return app
 

@@ -88,7 +88,10 @@ class Cors(CORSMiddleware):
 
 
 class SecurityHeaders:
-    """Adds headers that forbid a browser to execute an answer, to show it in a frame, or to guess its type."""
+    """Adds headers that forbid a browser to execute an answer, to show it in a frame, or to guess its type.
+
+    A page that frames may show says in its policy whose they are, which X-Frame-Options cannot.
+    """
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
@@ -104,6 +107,8 @@ class SecurityHeaders:
                 headers = MutableHeaders(scope=message)
                 for name, value in _SECURITY_HEADERS.items():
                     headers.setdefault(name, value)
+                if "frame-ancestors 'none'" not in headers["Content-Security-Policy"]:
+                    del headers["X-Frame-Options"]
             await send(message)
 
         await self.app(scope, receive, with_headers)

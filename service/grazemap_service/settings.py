@@ -22,6 +22,8 @@ from grazemap_worker.system import machine_memory
 
 LOOPBACK_HOSTS = ("localhost", "127.0.0.1", "[::1]")
 _ORIGIN = re.compile(r"[a-z][a-z0-9+.-]*://([^\s/?#@:\[\]]+|\[[0-9a-f:.]+\])(:[0-9]{1,5})?")
+# what stands in a Content-Security-Policy, which has no addresses of IPv6
+_FRAMING_ORIGIN = re.compile(r"[a-z][a-z0-9+.-]*://(\*\.)?[a-z0-9._-]+(:([0-9]{1,5}|\*))?")
 
 
 class SettingsError(ValueError):
@@ -62,6 +64,15 @@ class ServiceSettings(RedisSettings):
         ),
     ] = ()
 
+    frame_origins: Annotated[
+        tuple[str, ...],
+        NoDecode,
+        Field(
+            description="origins whose pages may show the explorer in a frame, as `https://course.example`, "
+            "`https://*.course.example` or `http://localhost:*`, or `*`; a comma alone: pages of the service only"
+        ),
+    ] = tuple(f"http://{host}:*" for host in LOOPBACK_HOSTS[:2])
+
     max_body_bytes: Annotated[int, Field(gt=0, description="maximum bytes of a request's body")] = 1 << 20
     max_depth: Annotated[int, Field(gt=0, lt=500, description="maximum nesting of a JSON body")] = 32
     max_masses: Annotated[int, Field(gt=0, description="maximum masses of an oscillator")] = 64
@@ -97,7 +108,7 @@ class ServiceSettings(RedisSettings):
         int, Field(ge=0, description="results that are being sent; above it, further large ones wait")
     ] = 256 << 20
 
-    @field_validator("api_keys", "allowed_hosts", "cors_origins", mode="before")
+    @field_validator("api_keys", "allowed_hosts", "cors_origins", "frame_origins", mode="before")
     @classmethod
     def _split(cls, value: Any) -> Any:
         if isinstance(value, str):
@@ -114,6 +125,11 @@ class ServiceSettings(RedisSettings):
     @classmethod
     def _check_origins(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         return tuple(_origin(item) for item in value)
+
+    @field_validator("frame_origins")
+    @classmethod
+    def _check_frame_origins(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(_origin(item, _FRAMING_ORIGIN) for item in value)
 
     @field_validator("api_keys_file")
     @classmethod
@@ -177,10 +193,10 @@ class StackSettings(WorkerSettings):
         return self.redis_bytes if self.redis_bytes is not None else self.result_bytes + _share_of_memory(1 << 30, 8)
 
 
-def _origin(text: str) -> str:
+def _origin(text: str, form: re.Pattern[str] = _ORIGIN) -> str:
     """Return an origin as browsers send it: in small letters, and without a slash. Raises ValueError."""
     origin = text.lower().removesuffix("/")
-    if origin != "*" and not _ORIGIN.fullmatch(origin):
+    if origin != "*" and not form.fullmatch(origin):
         raise ValueError(
             "origins are scheme://host:port without a path, as http://localhost:8181 or https://lab.example, or *"
         )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import io
 import re
 import time
 from collections.abc import Callable
@@ -9,6 +11,8 @@ from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 import httpx2
+import matplotlib.pyplot as plt
+import numpy as np
 from playwright.sync_api import Page, expect
 
 from tests.support.watched_page import Watched
@@ -20,35 +24,57 @@ FIRST = "omega=0.25..0.3125&clearance=1.5..2.25"
 USUAL = "omega=0.25..0.3125&clearance=1.25..2"
 HARD = "omega=0.28125..0.296875&clearance=1.25..1.375"
 ALSO_HARD = "omega=0.296875..0.3125&clearance=1.25..1.375"
-LEFT, RIGHT, TOP, BOTTOM = 66, 12, 10, 42  # margins of the plane in its canvas
 WAIT = 120_000
+
+# The verified tiles of the window that are there, all of them, and whether the page says that it is done.
+PROGRESS = """() => {
+    const { value, max, className } = document.getElementById("progress");
+    return [value, max, className === "done"];
+}"""
+DRAWN = "() => new Promise((drawn) => requestAnimationFrame(() => requestAnimationFrame(drawn)))"
+IS_FREE = "([x, y]) => document.elementFromPoint(x, y)?.id === 'plane'"
+OF_THE_POINTER = 32  # samples in a period, of the machine beside the pointer
+CARDS = ("#machine-section", "#legend-section")
 
 
 def show(watched: Watched, url: str, state: str, *, wait: bool = True) -> Page:
-    """Open a window of the plane, and wait until the page answers, or for its verified tiles."""
+    """Open a window of the plane, and wait until the page knows its tiles, or for them to be verified."""
     watched.page.goto(f"{url}/#{state}")
-    expect(watched.page.locator("#says")).not_to_be_empty()
+    expect(watched.page.locator("#progress")).to_have_attribute("value", re.compile(r"\d"))
     if wait:
         verified(watched.page)
     return watched.page
 
 
-def verified(page: Page) -> None:
-    """Wait for the verified tiles of the window, for as long as there are more and more of them."""
-    says = page.locator("#says")
-    text = ""
-    while not re.match(r"\d+ tiles complete", text):
-        count = re.search(r"\d+ of \d+ tiles", text)
-        if count is not None:
-            expect(says).not_to_contain_text(count[0], timeout=WAIT)
-        expect(says).to_have_text(re.compile(r"^\d+ tiles complete|\d+ of \d+ tiles"), timeout=WAIT)
-        text = says.inner_text()
+def drawn(page: Page) -> None:
+    """Wait until the page has drawn what it was told last."""
+    page.evaluate(DRAWN)
+
+
+def verified(page: Page) -> int:
+    """Wait for the verified tiles of the window, for as long as there are more and more of them; return how many."""
+    drawn(page)
+    most, since = -1, time.monotonic()
+    while True:
+        done, total, is_done = page.evaluate(PROGRESS)
+        if is_done:
+            return int(total)
+        if done != most:
+            most, since = done, time.monotonic()
+        assert time.monotonic() - since < WAIT / 1000, f"{done} of {total} tiles"
+        page.wait_for_timeout(100)
+
+
+def picture(page: Page) -> Any:
+    """Return the colours of the plane, of shape (height, width, 3), without what floats over it."""
+    _, _, data = page.evaluate("() => document.getElementById('plane').toDataURL()").partition(",")
+    return np.round(255 * plt.imread(io.BytesIO(base64.b64decode(data)))[:, :, :3]).astype(int)
 
 
 def reading(page: Page, at: tuple[float, float]) -> str:
     """Point at a place of the page, and return what the page says of it."""
     page.mouse.move(*at)
-    page.evaluate("() => new Promise((drawn) => requestAnimationFrame(() => requestAnimationFrame(drawn)))")
+    drawn(page)
     return page.locator("#reading").inner_text()
 
 
@@ -68,17 +94,39 @@ def window(page: Page) -> tuple[list[float], list[float]]:
     return [float(end) for end in omega.split("..")], [float(end) for end in clearance.split("..")]
 
 
-def place(page: Page, x: float, y: float) -> tuple[float, float]:
-    """Return where a point of the plane is on the page."""
+def spot(page: Page, x: float, y: float) -> tuple[float, float]:
+    """Return where a point of the plane is on the page, whatever floats over it."""
     box, fragment = page.locator("#plane").bounding_box(), parse_qs(urlsplit(page.url).fragment)
     assert box is not None
     names = fragment.get("horizontal", ["omega"])[0], fragment.get("vertical", ["clearance"])[0]
     (left, right), (low, high) = ([float(end) for end in fragment[name][0].split("..")] for name in names)
     across, up = (x - left) / (right - left), (high - y) / (high - low)
-    return (
-        box["x"] + LEFT + across * (box["width"] - LEFT - RIGHT),
-        box["y"] + TOP + up * (box["height"] - TOP - BOTTOM),
-    )
+    return box["x"] + across * box["width"], box["y"] + up * box["height"]
+
+
+def is_free(page: Page, at: tuple[float, float]) -> bool:
+    """Return whether the plane is what a pointer meets at a place of the page."""
+    return bool(page.evaluate(IS_FREE, at))
+
+
+def place(page: Page, x: float, y: float) -> tuple[float, float]:
+    """Return where a point of the plane is on the page, where a pointer meets it: folds a card that is over it."""
+    at = spot(page, x, y)
+    for card in CARDS:
+        if not is_free(page, at):
+            summary = page.locator(f"{card}[open] > summary")
+            if summary.is_visible():
+                summary.click()
+    assert is_free(page, at), f"something floats over ({x}, {y})"
+    return at
+
+
+def unfold(page: Page, *names: str) -> None:
+    """Open menus and sections of the page that are closed."""
+    for name in names:
+        summary = page.locator("summary", has_text=re.compile(f"^{name}$"))
+        if summary.locator("..").get_attribute("open") is None:
+            summary.click()
 
 
 def answered(url: str, process: str, request: dict[str, Any]) -> dict[str, Any]:
@@ -86,6 +134,13 @@ def answered(url: str, process: str, request: dict[str, Any]) -> dict[str, Any]:
     waiting = {"Prefer": "wait=20, return=representation"}
     result: dict[str, Any] = httpx2.post(f"{url}/v1/{process}", json=request, headers=waiting).json()
     return result
+
+
+def trajectories_of_points(watched: Watched) -> list[dict[str, Any]]:
+    """Return what was asked of the points that were opened, not of those that the pointer passed."""
+    asked = watched.posted("trajectories")
+    finest = max((body["samples_per_period"] for body in asked), default=0)
+    return [body for body in asked if body["samples_per_period"] == finest > OF_THE_POINTER]
 
 
 def maps(url: str) -> list[dict[str, Any]]:

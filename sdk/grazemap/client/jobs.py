@@ -270,7 +270,8 @@ async def _compute(
 
 async def _read(connection: AsyncConnection, data: bytes) -> Result:
     """Return the result in npz, and issue its notes."""
-    return messages.announced(await connection.work(decode_result, data))
+    result = messages.announced(await connection.work(decode_result, data))
+    return result.of_service(connection.settings.base_url)
 
 
 async def _decoded(connection: AsyncConnection, job_id: str, response: httpx2.Response) -> Result:

@@ -88,6 +88,8 @@ class Result(Record):
     units and notes."""
     _document: Document
     _shown_units: tuple[str, ...] = attribute(default=(), repr=False, compare=False, kw_only=True)
+    # the address of the service that computed it; a result from a file, or computed without a service, has none
+    _service: str | None = attribute(default=None, repr=False, compare=False, kw_only=True)
 
     def __init_subclass__(
         cls,
@@ -165,6 +167,10 @@ class Result(Record):
     def notes(self) -> list[Note]:
         """Notes on what is probably not meant in the request, for example a window off the grazing curve."""
         return [Note.model_validate(note) for note in self.meta.get("notes", [])]
+
+    def of_service(self, base_url: str) -> Self:
+        """Return the result as that of the service at an address, as clients do."""
+        return changed(self, _service=base_url)
 
     def save(self, path: str | os.PathLike[str], table: str | None = None, *, engineering_units: bool = False) -> Path:
         """Write the result, or a table of it, to a file, and return its path.

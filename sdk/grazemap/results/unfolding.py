@@ -23,6 +23,7 @@ from grazemap.described import described
 from grazemap.results.base import Result, counted, counted_points, outside, quantities, value_of
 from grazemap.results.common_records import CHANCE, ChanceToSettle, Common, InferredWrong, MotionShare
 from grazemap.results.curves import BifurcationCurves, PlaneCurve
+from grazemap.results.explorer import ExplorerPage
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve, StopGrazingCurves
 from grazemap.results.motions import motions_of
 from grazemap.results.observables import Observed, quantity_of
@@ -30,7 +31,7 @@ from grazemap.results.other_motions import OtherStartsOfMap
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, changed, field, stored
 from grazemap.units import in_si
-from grazemap.wire import UnfoldingMapsRequest, motion_label
+from grazemap.wire import UnfoldingMapsRequest, canonical_id, motion_label
 from grazemap.wire.job import INFINITE
 from grazemap.wire.planes import Plane
 
@@ -381,6 +382,30 @@ class UnfoldingMap(
         _check_inside(up, self.vertical, vertical, self.units)
         axes = {"horizontal": (across, *horizontal), "vertical": (up, *vertical)}
         return {**self.meta["request"], **axes, "shape": shape or self.kind.shape}
+
+    def explore(self, *, height: int = 640) -> ExplorerPage:
+        """Return the map in the page of the service that computed it, where one drags, zooms and clicks.
+
+        Below a notebook's cell the page is shown; in a terminal its address is. The page shows maps from rest over
+        ranges of forcing frequency and clearance, and says so of others.
+
+        Parameters
+        ----------
+        height : int
+            Its height in a notebook, in pixels.
+
+        Raises
+        ------
+        ValueError
+            The map was computed without a service, or read from a file.
+        """
+        if self._service is None:
+            raise ValueError(
+                "this map is of no service: a page shows maps that a client of one has computed, such as "
+                "grazemap.local() or grazemap.Client(url)"
+            )
+        job = canonical_id(self.process, self.meta["request"], self.meta["core_version"])
+        return ExplorerPage(f"{self._service.rstrip('/')}/#map={job}", height)
 
     @property
     def _is_of_ranges(self) -> bool:

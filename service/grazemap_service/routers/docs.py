@@ -8,17 +8,19 @@ has both.
 from __future__ import annotations
 
 import os
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
 from fastapi import FastAPI
 from starlette.requests import Request
-from starlette.responses import FileResponse, Response
+from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.staticfiles import StaticFiles
 from starlette.types import Receive, Scope, Send
 
 import grazemap
+from grazemap.results import UnfoldingMap
+from grazemap.wire.observables import OBSERVABLES
 from grazemap_service import middleware
 from grazemap_service.problems import ProblemException
 
@@ -26,7 +28,7 @@ _OWN = Path(__file__).parent.parent / "static"
 _PALETTE = Path(grazemap.__file__).parent / "palette.json"
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
-    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    "base-uri 'none'; form-action 'none'; frame-ancestors "
 )
 # its pages set the theme before they are drawn, and its search is a form
 _GUIDE_POLICY = (
@@ -91,19 +93,23 @@ class _Guide(_WholeFiles):
 GUIDE = _Guide(directory=Path(__file__).parent.parent / "guide", html=True, check_dir=False)
 
 
-def install(app: FastAPI) -> None:
-    """Add the pages and their files to the app."""
-    app.add_route("/", _page("index.html"), methods=["GET"], include_in_schema=False)
-    app.add_route("/docs", _page("docs.html"), methods=["GET"], include_in_schema=False)
+def install(app: FastAPI, frame_origins: Sequence[str]) -> None:
+    """Add the pages and their files to the app; pages of `frame_origins` may show the explorer in a frame."""
+    explorer = _page("index.html", " ".join(("'self'", *frame_origins)))
+    app.add_route("/", explorer, methods=["GET"], include_in_schema=False)
+    app.add_route("/docs", _page("docs.html", "'none'"), methods=["GET"], include_in_schema=False)
     app.add_route("/static/palette.json", _palette, methods=["GET"], include_in_schema=False)
+    app.add_route("/static/observables.json", _observables, methods=["GET"], include_in_schema=False)
     app.mount(middleware.GUIDE, GUIDE, name="guide")
     app.mount("/static/swagger", _WholeFiles(directory=_swagger_files()), name="swagger")
     app.mount("/static", _WholeFiles(directory=_OWN), name="static")
 
 
-def _page(name: str) -> Callable[[Request], Awaitable[Response]]:
+def _page(name: str, frame_ancestors: str) -> Callable[[Request], Awaitable[Response]]:
+    headers = {"Content-Security-Policy": f"{_POLICY}{frame_ancestors}", "Cache-Control": "no-cache"}
+
     async def page(request: Request) -> Response:
-        return _WholeFile(_OWN / name, headers={"Content-Security-Policy": _POLICY, "Cache-Control": "no-cache"})
+        return _WholeFile(_OWN / name, headers=headers)
 
     return page
 
@@ -111,6 +117,16 @@ def _page(name: str) -> Callable[[Request], Awaitable[Response]]:
 async def _palette(request: Request) -> Response:
     """Answer with the colours of the SDK's pictures."""
     return _WholeFile(_PALETTE, headers={"Cache-Control": "no-cache"})
+
+
+async def _observables(request: Request) -> Response:
+    """Answer with the observables of maps: their names, units in SI and descriptions."""
+    quantities = [
+        {"name": quantity.name, "unit": quantity.unit, "description": quantity.description}
+        for quantity in UnfoldingMap.schema
+        if quantity.name in OBSERVABLES
+    ]
+    return JSONResponse(quantities, headers={"Cache-Control": "no-cache"})
 
 
 def _swagger_files() -> Path:

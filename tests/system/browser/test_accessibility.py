@@ -8,7 +8,7 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page, expect
 
-from tests.support.explorer_page import USUAL, WAIT, place, show
+from tests.support.explorer_page import USUAL, WAIT, place, show, unfold
 from tests.support.watched_page import Watched
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
@@ -16,9 +16,9 @@ pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
 BARRIERS = {"serious", "critical"}
 
 
-def barriers(page: Page) -> list[str]:
-    """Return axe's serious and critical findings, each with its rule and the element."""
-    violations: list[dict[str, Any]] = Axe().run(page).response["violations"]
+def barriers(page: Page, within: str | None = None) -> list[str]:
+    """Return axe's serious and critical findings in a part of the page, each with its rule and the element."""
+    violations: list[dict[str, Any]] = Axe().run(page, context=within).response["violations"]
     return [
         f"{violation['id']} ({violation['impact']}): {' '.join(map(str, node['target']))}"
         for violation in violations
@@ -28,9 +28,14 @@ def barriers(page: Page) -> list[str]:
 
 
 def with_everything_open(page: Page) -> list[str]:
-    """Return the findings while every section of the page is open."""
-    page.evaluate("for (const section of document.querySelectorAll('details')) section.open = true")
-    return barriers(page)
+    """Return the findings while every section of the page is open, and every menu, of which one is open at a time."""
+    page.evaluate("for (const section of document.querySelectorAll('details:not(.menu)')) section.open = true")
+    findings = barriers(page)
+    for menu in page.locator("details.menu:visible").all():
+        menu.evaluate("(menu) => (menu.open = true)")
+        findings += barriers(page, "details.menu[open]")
+    page.keyboard.press("Escape")
+    return findings
 
 
 @pytest.mark.parametrize(
@@ -43,13 +48,13 @@ def test_axe_finds_no_barrier(watched: Watched, url: str, scheme: Any, width: in
     by_state = {}
     show(watched, url, USUAL)
     by_state["the first window"] = barriers(page)
-    page.locator("#plane").scroll_into_view_if_needed()
     page.mouse.click(*place(page, 0.27, 1.5))
     expect(page.locator("#multipliers svg")).to_be_visible(timeout=WAIT)
     expect(page.locator("#history svg")).to_be_visible(timeout=WAIT)
     by_state["an opened point"] = barriers(page)
-    page.get_by_text("Machine", exact=True).click()
-    page.get_by_label("Restitution").fill("2")
+    page.get_by_role("button", name="Close the point").click()
+    unfold(page, "Machine", "All its numbers")
+    page.locator("#machine").get_by_label("Restitution").fill("2")
     expect(page.locator("#error-restitution")).to_contain_text("less than or equal to 1")
     by_state["a form with an error"] = barriers(page)
     by_state["every section"] = with_everything_open(page)
@@ -69,6 +74,25 @@ def test_axe_finds_no_barrier_in_what_is_asked_about_a_point(small: Watched, url
         page.get_by_role("button", name=name).click()
         expect(page.locator(answer).first).to_be_visible(timeout=WAIT)
     assert barriers(page) == []
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_no_barrier_in_the_story_and_the_places(small: Watched, url: str, scheme: Any) -> None:
+    page = small.page
+    page.emulate_media(color_scheme=scheme)
+    page.goto(f"{url}/")
+    by_state = {}
+    for step in ("Next", "Next", "Done"):
+        by_state[f"the story before {step}"] = barriers(page)
+        page.get_by_role("button", name=step).click()
+    page.locator("#open-gallery").click()
+    expect(page.locator("#places small").first).not_to_be_empty(timeout=WAIT)
+    by_state["the places"] = barriers(page)
+    page.goto("about:blank")
+    page.goto(f"{url}/#{USUAL}&embed=sliders,legend,colour")
+    expect(page.locator("#legend button").first).to_be_visible(timeout=WAIT)
+    by_state["a part of another page"] = barriers(page)
+    assert {state: findings for state, findings in by_state.items() if findings} == {}
 
 
 def test_axe_sees_a_barrier(small: Watched, url: str) -> None:

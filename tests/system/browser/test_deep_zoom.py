@@ -34,6 +34,12 @@ FOUND = (
 END = re.compile("Double precision ends here")
 
 
+@pytest.fixture(autouse=True)
+def few_tiles(small: Watched) -> None:
+    """Make the window small: what is looked at is one tile."""
+    small.page.set_viewport_size({"width": 500, "height": 300})
+
+
 def zoom(page: Page, clearance: float, width: float) -> None:
     """Turn the wheel over the point, which is aimed at again as it becomes clearer, until the window is so narrow."""
     while np.ptp(window(page)[0]) > width:

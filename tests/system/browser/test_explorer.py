@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Route, expect
 
+import grazemap
 import grazemap_service
 from grazemap import Client
 from grazemap.plots import palette
@@ -25,7 +26,7 @@ from tests.support.explorer_page import (
     ALSO_HARD,
     FIRST,
     HARD,
-    LEFT,
+    PROGRESS,
     QUICK,
     USUAL,
     WAIT,
@@ -33,10 +34,13 @@ from tests.support.explorer_page import (
     ended,
     holds,
     maps,
+    picture,
     place,
     ranges,
     show,
     soon,
+    spot,
+    unfold,
     verified,
     window,
 )
@@ -45,11 +49,13 @@ from tests.support.watched_page import Watched
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
 
 STATIC = Path(grazemap_service.__file__).parent / "static"
-MOST_BYTES = 400_000
+PALETTE = Path(grazemap.__file__).parent / "palette.json"
+MOST_BYTES = 120_000
+LONG = 'machine={"periods":1000}'  # so that a tile takes a while
 
 
 def test_the_page_is_small() -> None:
-    files = [STATIC / "index.html", STATIC / "icon.svg", *(STATIC / "explorer").iterdir()]
+    files = [STATIC / "index.html", STATIC / "icon.svg", PALETTE, *(STATIC / "explorer").iterdir()]
     assert sum(len(gzip.compress(path.read_bytes())) for path in files) < MOST_BYTES
 
 
@@ -59,7 +65,7 @@ def test_the_first_window_comes_as_previews_then_verified_in_the_colours_of_pict
     page = watched.page
     page.goto(f"{url}/")
     expect(page.locator("#legend")).to_contain_text("1-1r-1l", timeout=WAIT)  # of a preview
-    verified(page)
+    assert verified(page) == 12
     requests = watched.posted("unfolding-maps")
     previews, tiles = ([body for body in requests if body.get("preview", False) is kind] for kind in (True, False))
     assert requests.index(previews[0]) == 0
@@ -71,18 +77,9 @@ def test_the_first_window_comes_as_previews_then_verified_in_the_colours_of_pict
             assert points == 128
             assert (start - size / 256) % size == 0
             assert stop - start == size * 127 / 128
-    seen = page.evaluate(
-        """() => {
-            const canvas = document.getElementById("plane"), counts = new Map();
-            const data = canvas.getContext("2d").getImageData(60, 12, canvas.width - 80, canvas.height - 60).data;
-            for (let i = 0; i < data.length; i += 4) {
-                const parts = [data[i], data[i + 1], data[i + 2]];
-                const colour = "#" + parts.map((part) => part.toString(16).padStart(2, "0")).join("").toUpperCase();
-                counts.set(colour, (counts.get(colour) ?? 0) + 1);
-            }
-            return [...counts].sort((one, other) => other[1] - one[1]).map(([colour]) => colour);
-        }"""
-    )
+    plane = picture(page)[50:-50, 100:-50].reshape(-1, 3)  # without the strips of the axes
+    colours, counts = np.unique(plane, axis=0, return_counts=True)
+    seen = ["#{:02X}{:02X}{:02X}".format(*colour) for colour in colours[np.argsort(-counts)]]
     assert seen[0] == palette.NAMED["1-(-1)r-(-1)l"]
     assert {palette.NAMED["1-1r-1l"], palette.NAMED["1-2r-2l"]} <= set(seen[:8])
 
@@ -111,7 +108,7 @@ def test_an_address_of_a_job_that_is_no_such_map_says_so(watched: Watched, url: 
     page = watched.page
     page.goto(f"{url}/#map={'0' * 64}")
     expect(page.locator("#says")).to_contain_text("job", timeout=WAIT)
-    expect(page.locator("#says")).to_contain_text("12 tiles complete", timeout=WAIT)
+    assert verified(page) == 12
 
 
 def test_pointing_says_what_the_api_says(watched: Watched, url: str) -> None:
@@ -140,6 +137,7 @@ def test_curves_and_points_explain_themselves(watched: Watched, url: str) -> Non
     order = next(point for point in curve["points"] if point["kind"] == "recurrence" and point["omega"] > 0.26)
     page.mouse.move(*place(page, order["omega"], order["clearance"]))
     expect(page.locator("#reading")).to_contain_text(f"Recurrence point of order {order['order']}")
+    unfold(page, "View")
     page.get_by_label("bifurcation curves").check()
     expect(page).to_have_url(re.compile("curves=all"))
     page.get_by_label("bifurcation curves").uncheck()
@@ -153,7 +151,7 @@ def test_the_grazing_curve_is_there_again_after_the_number_of_periods_has_change
     on_curve = place(page, curve["omega"][12], curve["clearance"][12])
     page.mouse.move(*on_curve)
     expect(page.locator("#reading")).to_contain_text("Grazing curve", timeout=WAIT)
-    page.get_by_text("Machine", exact=True).click()
+    unfold(page, "Machine", "All its numbers")
     page.get_by_label("Forcing periods watched").select_option("1000")
     page.get_by_role("button", name="Show this machine").click()
     expect(page).to_have_url(re.compile("machine="))
@@ -165,27 +163,49 @@ def test_marks_that_cover_one_another_say_so(small: Watched, url: str) -> None:
     page = show(small, url, "omega=0.25..1.25&clearance=1..9", wait=False)
     with Client(url) as client:
         curve = client.grazing_curve(omega=(0.25, 1.25), points=33)
-    places = [place(page, point.omega, point.clearance) for point in curve.points if 1 < point.clearance < 9]
-    covered = next(spot for k, spot in enumerate(places) if any(math.dist(spot, other) < 4 for other in places[:k]))
-    page.mouse.move(*covered)
+    points = [(point.omega, point.clearance) for point in curve.points if 2 < point.clearance < 8]
+    places = [spot(page, *point) for point in points]
+    covered = next(k for k, at in enumerate(places) if any(math.dist(at, other) < 4 for other in places[:k]))
+    page.mouse.move(*place(page, *points[covered]))
     expect(page.locator("#reading")).to_contain_text("more here: zoom in", timeout=WAIT)
 
 
 def test_previews_leave_motions_open(small: Watched, url: str) -> None:
+    held: list[Route] = []
+
+    def answer(route: Route) -> None:
+        """Let previews come; the tiles are held."""
+        if route.request.post_data_json.get("preview"):
+            route.continue_()
+        else:
+            held.append(route)
+
+    small.page.set_viewport_size({"width": 500, "height": 300})  # has few tiles
+    small.page.route("**/v1/unfolding-maps", answer)
     page = show(small, url, "omega=0.28125..0.296875&clearance=1.125..1.25", wait=False)
     expect(page.locator("#legend")).to_contain_text("not decided yet", timeout=WAIT)
+    soon(page, lambda: held)  # all previews have come
     expect(page.locator("#legend")).not_to_contain_text("unresolved")
-    expect(page.locator("#legend")).not_to_contain_text("not decided yet", timeout=WAIT)  # verified tiles have come
+    page.route("**/v1/unfolding-maps", lambda route: route.continue_())
+    for route in held:
+        route.continue_()
+    verified(page)
+    expect(page.locator("#legend")).not_to_contain_text("not decided yet")
 
 
 def test_legend_and_layers_ask_nothing(watched: Watched, url: str) -> None:
     page = show(watched, url, USUAL)
     page.wait_for_timeout(500)
     before = len(watched.requests)
-    shot = page.locator("#plane").screenshot()
-    page.locator("#legend input").first.uncheck()
-    soon(page, lambda: page.locator("#plane").screenshot() != shot)
-    page.locator("#legend input").first.check()
+    first = page.locator("#legend button[aria-pressed]").first
+    before_it = picture(page)
+    first.click()
+    expect(first).to_have_attribute("aria-pressed", "false")
+    soon(page, lambda: not np.array_equal(picture(page), before_it))
+    expect(first).to_be_focused()
+    page.keyboard.press("Enter")
+    expect(first).to_have_attribute("aria-pressed", "true")
+    soon(page, lambda: np.array_equal(picture(page), before_it))
     for layer, text in (
         ("exponent", "Lyapunov exponent per forcing period: "),
         ("speed", "Minimum impact speed: 0 to "),
@@ -221,7 +241,7 @@ def test_panning_back_computes_nothing_and_history_goes_back(small: Watched, url
 
 
 def test_tiles_left_behind_are_given_up_unless_another_client_waits(small: Watched, url: str) -> None:
-    page = show(small, url, HARD, wait=False)
+    page = show(small, url, f"{HARD}&{LONG}", wait=False)
     running: list[dict[str, Any]] = []
     while len(running) < 2:
         page.wait_for_timeout(200)
@@ -301,7 +321,7 @@ def test_the_first_window_refines_at_its_codimension_two_point(small: Watched, u
     assert min(steps) <= max(steps) / 64
     page.mouse.move(*place(page, *at))
     expect(page.locator("#reading")).to_contain_text("Recurrence point of order 2")
-    assert page.locator("#legend input").count() >= 3  # the families of motions that meet there
+    assert page.locator("#legend button[aria-pressed]").count() >= 3  # the families of motions that meet there
 
 
 def test_two_fingers_zoom_and_one_moves(small: Watched, url: str) -> None:
@@ -327,7 +347,7 @@ def test_two_fingers_zoom_and_one_moves(small: Watched, url: str) -> None:
     touch("touchEnd")
     box = page.locator("#plane").bounding_box()
     assert box is not None
-    soon(page, lambda: abs(place(page, left, 2.1)[0] - (box["x"] + LEFT + 40)) < 11)
+    soon(page, lambda: abs(spot(page, left, 2.1)[0] - (box["x"] + 40)) < 11)
 
 
 def test_the_end_of_double_precision_is_announced(small: Watched, url: str) -> None:
@@ -384,9 +404,10 @@ def test_a_click_shows_the_motion_its_basins_and_its_branch(watched: Watched, ur
 
 def test_the_form_shows_errors_beside_fields_and_natural_frequencies(watched: Watched, url: str) -> None:
     page = show(watched, url, QUICK)
-    page.get_by_text("Machine", exact=True).click()
+    unfold(page, "Machine", "All its numbers")
     expect(page.locator("#modes")).to_contain_text("0.4189, damping ratio 0.02095")
     expect(page.get_by_role("img", name="3 masses: mass 1 between two stops.")).to_be_visible()
+    form = page.locator("#machine")
     low, high = page.get_by_label("ω from"), page.locator("#overview").get_by_label("to")
     high.fill("0.3")
     for text, message in (
@@ -398,7 +419,7 @@ def test_the_form_shows_errors_beside_fields_and_natural_frequencies(watched: Wa
         page.get_by_role("button", name="Show this window").click()
         assert low.evaluate("(field) => field.validationMessage").startswith(message)
     expect(page.locator("#overview-says")).to_contain_text("below the second")
-    restitution, masses = page.get_by_label("Restitution"), page.get_by_label("Masses, from")
+    restitution, masses = form.get_by_label("Restitution"), form.get_by_label("Masses, from")
     restitution.fill("2")
     expect(page.locator("#error-restitution")).to_contain_text("less than or equal to 1")
     expect(restitution).to_have_attribute("aria-invalid", "true")
@@ -409,7 +430,7 @@ def test_the_form_shows_errors_beside_fields_and_natural_frequencies(watched: Wa
     restitution.fill("")
     expect(page.locator("#error-restitution")).to_contain_text("Enter a number")
     restitution.fill("0.8")
-    damping = page.get_by_label("Damping")
+    damping = form.get_by_label("Damping")
     damping.fill("0,05")
     expect(page.locator("#error-damping")).to_contain_text("“0,05” is not a number; write 0.05")
     damping.fill("0.05")
@@ -445,7 +466,7 @@ def test_the_form_shows_errors_beside_fields_and_natural_frequencies(watched: Wa
 
 def test_machines_are_drawn(small: Watched, url: str) -> None:
     page = show(small, url, QUICK)
-    page.get_by_text("Machine", exact=True).click()
+    unfold(page, "Machine", "All its numbers")
     for preset, words in (
         ("hammer", "One mass: mass 1 with a stop on the right."),
         ("damper", "2 masses: mass 1 between two stops on mass 2."),
@@ -457,7 +478,7 @@ def test_machines_are_drawn(small: Watched, url: str) -> None:
         assert drawing.locator(".stop").count() == (1 if preset == "hammer" else 2)
     page.get_by_label("Begin with").select_option("paper")
     for name in ("Masses, from", "Stiffnesses", "Damping", "Forces"):
-        page.get_by_label(name).fill("")
+        page.locator("#machine").get_by_label(name).fill("")
     matrices = {"mass": [[1, 0], [0, 2]], "damping": {"modal": [0.02, 0.02]}, "stiffness": [[2, -1], [-1, 3]]}
     others = {"matrices": matrices, "contact": {"row": [1, -0.5]}, "forcing": [1, 0]}
     page.get_by_label("Further fields").fill(json.dumps(others))
@@ -466,16 +487,15 @@ def test_machines_are_drawn(small: Watched, url: str) -> None:
 
 def test_the_address_shares_the_machine(small: Watched, url: str) -> None:
     page = show(small, url, QUICK)
-    page.get_by_text("Machine", exact=True).click()
+    unfold(page, "Machine")
     page.get_by_label("Begin with").select_option("hammer")
     expect(page).to_have_url(re.compile("machine="))
     address, asked = page.url, small.posted("unfolding-maps")
     page.goto("about:blank")
     page.goto(address)
     expect(page.locator("#modes")).to_contain_text("63.25 rad/s, damping ratio 0.02372", use_inner_text=False)
-    expect(page.locator("#says")).to_contain_text("tiles complete")
+    soon(page, lambda: len(small.posted("unfolding-maps")) > len(asked))
     again = small.posted("unfolding-maps")[len(asked) :]
-    assert again
     assert all(body["clearance"]["left"] is None for body in again)
 
 
@@ -484,18 +504,18 @@ def test_what_is_taken_home(small: Watched, url: str, tmp_path: Path) -> None:
     page.context.grant_permissions(["clipboard-read", "clipboard-write"])
     page.route("**/v1/unfolding-maps", lambda route: None)  # an answer that does not come
     show(small, url, QUICK, wait=False)
-    page.get_by_text("Take home", exact=True).click()
-    page.get_by_role("button", name="CSV of the points").click()
+    unfold(page, "Take home")
+    page.get_by_role("button", name="CSV", exact=True).click()
     expect(page.locator("#copied")).to_have_text("No tile of this window is complete yet.")
     page.unroute_all(behavior="ignoreErrors")
     page.goto("about:blank")
     show(small, url, QUICK)
-    page.get_by_text("Take home", exact=True).click()
+    unfold(page, "Take home")
     saved = {}
-    for name in ("PNG", "SVG of the curves", "CSV of the points", "npz of the tile in the middle"):
+    for name in ("PNG", "SVG", "CSV", "npz"):
         with page.expect_download() as download:
-            page.get_by_role("button", name=name).click()
-        saved[name[:3]] = tmp_path / download.value.suggested_filename
+            page.get_by_role("button", name=name, exact=True).click()
+        saved[name] = tmp_path / download.value.suggested_filename
         download.value.save_as(saved[name[:3]])
     assert saved["PNG"].read_bytes().startswith(b"\x89PNG")
     assert "<path" in saved["SVG"].read_text()
@@ -513,7 +533,8 @@ def test_what_is_taken_home(small: Watched, url: str, tmp_path: Path) -> None:
 
     assert copied("Copy link") == page.url
     command = copied("Copy as curl").replace("curl -s", "curl -sf", 1)
-    assert len(json.loads(subprocess.run(command, shell=True, capture_output=True, check=True).stdout)["omega"]) == 128
+    answer = json.loads(subprocess.run(command, shell=True, capture_output=True, check=True).stdout)
+    assert len(answer["omega"]) % 128 == 0  # of all tiles in sight
     program = copied("Copy as Python")
     ast.parse(program)
     subprocess.run([sys.executable, "-c", program], cwd=tmp_path, check=True)
@@ -533,11 +554,11 @@ def test_a_table_of_a_view_that_is_not_complete_says_so(small: Watched, url: str
 
     page.route("**/v1/unfolding-maps", answer)
     show(small, url, QUICK, wait=False)
-    expect(page.locator("#says")).to_contain_text(re.compile(r"\b1 of [0-9]+ tiles"), timeout=WAIT)
-    total = int(re.search(r"1 of (\d+) tiles", page.locator("#says").inner_text())[1])
-    page.get_by_text("Take home", exact=True).click()
+    soon(page, lambda: page.evaluate(PROGRESS)[0] == 1)
+    _, total, _ = page.evaluate(PROGRESS)
+    unfold(page, "Take home")
     with page.expect_download() as download:
-        page.get_by_role("button", name="CSV of the points").click()
+        page.get_by_role("button", name="CSV", exact=True).click()
     assert f"-1-of-{total}-tiles" in download.value.suggested_filename
     expect(page.locator("#copied")).to_contain_text(f"1 of the {total} tiles")
     download.value.save_as(tmp_path / "part.csv")
@@ -551,8 +572,8 @@ def test_a_table_of_a_view_that_is_not_complete_says_so(small: Watched, url: str
 
 
 def test_jobs_are_listed_and_cancelled(small: Watched, url: str) -> None:
-    page = show(small, url, ALSO_HARD, wait=False)
-    page.get_by_text("Jobs", exact=True).click()
+    page = show(small, url, f"{ALSO_HARD}&{LONG}", wait=False)
+    unfold(page, "Jobs")
     verified_tiles = page.locator("#jobs li").filter(has_text="unfolding-maps", has_not_text="preview")
     button = verified_tiles.get_by_role("button").first
     name = button.get_attribute("aria-label")
@@ -592,3 +613,49 @@ def test_a_phone_shows_the_page_without_scrolling_sideways(small: Watched, url: 
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
     background = page.evaluate("getComputedStyle(document.body).backgroundColor")
     assert (np.mean([int(part) for part in re.findall(r"\d+", background)][:3]) > 128) == (scheme == "light")
+
+
+def test_the_legend_explains_what_is_in_sight_only(small: Watched, url: str) -> None:
+    page = show(small, url, USUAL, wait=False)
+    explained = page.locator("#curve-legend li:visible")
+    expect(explained.filter(has_text="Circles")).to_have_count(1, timeout=WAIT)
+    points = answered(url, "grazing-curves", {"omega": {"start": 0.25, "stop": 0.3125, "points": 33}})["points"]
+    types = {point["bifurcation"] for point in points if 1.25 < point["clearance"] < 2} - {None}
+    assert len(types) > 1
+    assert {text.partition(":")[0] for text in explained.all_inner_texts()} == types | {"Circles"}
+    page.evaluate(f"location.hash = '{QUICK}'")  # above the curve and its marks
+    expect(explained).to_have_count(0)
+
+
+def test_the_legend_names_few_motions_until_more_are_asked_for(watched: Watched, url: str) -> None:
+    page = show(watched, url, USUAL)
+    named = page.locator("#legend button[value]")
+    expect(named).to_have_count(8)
+    others = page.locator("#legend li").last
+    rest = int(re.search(r"\d+", others.inner_text())[0])  # type: ignore[index]
+    others.get_by_role("button").click()
+    expect(named).to_have_count(24)
+    expect(others).to_contain_text(str(rest + 8 - 24))
+
+
+@pytest.mark.parametrize("width", [900, 1280])
+def test_menus_open_inside_the_window_one_at_a_time_and_close(small: Watched, url: str, width: int) -> None:
+    small.page.set_viewport_size({"width": width, "height": 480})
+    page = show(small, url, QUICK, wait=False)
+    cards = page.locator("details.menu[open] > .card")
+    for menu in page.locator("details.menu").all():
+        menu.locator("summary").click()
+        expect(cards).to_have_count(1)
+        soon(page, lambda: inside(cards.bounding_box(), width, 480))
+    page.keyboard.press("Escape")
+    expect(cards).to_have_count(0)
+    unfold(page, "View")
+    page.mouse.click(*place(page, 0.27, 2.1))
+    expect(cards).to_have_count(0)
+
+
+def inside(box: Any, width: int, height: int) -> bool:
+    """Return whether a box is whole inside the window."""
+    return bool(
+        box and min(box["x"], box["y"]) >= 0 and box["x"] + box["width"] <= width and box["y"] + box["height"] <= height
+    )

@@ -15,7 +15,20 @@ from playwright.sync_api import Page, expect
 from grazemap import Client
 from grazemap.wire import Oscillator
 from grazemap.wire.planes import with_parameter
-from tests.support.explorer_page import QUICK, WAIT, answered, holds, place, reading, show, verified
+from tests.support.explorer_page import (
+    QUICK,
+    WAIT,
+    answered,
+    holds,
+    is_free,
+    place,
+    reading,
+    show,
+    spot,
+    trajectories_of_points,
+    unfold,
+    verified,
+)
 from tests.support.watched_page import Watched
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
@@ -78,7 +91,7 @@ def test_both_clearances_of_unequal_stops_may_vary(small: Watched, url: str) -> 
         re.compile(r"^ω = 0.28, clearance of the right stop 1\.[78]\d*, clearance of the left stop 1\.[89]"),
         timeout=WAIT,
     )
-    (trajectory,) = small.posted("trajectories")
+    (trajectory,) = trajectories_of_points(small)
     assert trajectory["clearance"]["left"] == pytest.approx(1.9, abs=1e-3)
 
 
@@ -96,7 +109,7 @@ def test_a_point_over_the_forces_is_the_machine_with_such_forces(watched: Watche
     expect(page.locator("#point-name")).to_have_text(re.compile(r"^\d"), timeout=WAIT)
     expect(page.locator("#point-place")).to_contain_text("factor of the forces")
     omega, factor = (float(part) for part in parse_qs(urlsplit(page.url).fragment)["at"][0].split(","))
-    (trajectory,) = watched.posted("trajectories")
+    (trajectory,) = trajectories_of_points(watched)
     assert (trajectory["omega"], trajectory["clearance"]) == (omega, 1.8)
     assert trajectory["oscillator"]["forcing"] == [factor, 0, 0]
     label = page.locator("#point-name").text_content()
@@ -111,6 +124,7 @@ def test_a_point_over_the_forces_is_the_machine_with_such_forces(watched: Watche
 
 def test_the_parameters_are_chosen_in_the_form_and_the_history_goes_back(small: Watched, url: str) -> None:
     page = show(small, url, QUICK)
+    unfold(page, "View")
     form = page.locator("#plane-form")
     form.locator("[name=vertical]").select_option("masses[3]")
     expect(page).to_have_url(re.compile(r"vertical=masses%5B3%5D.*masses%5B3%5D=7.5..12.5&clearance=2.125$"))
@@ -188,7 +202,9 @@ def test_the_power_is_asked_for_with_the_tiles_and_is_that_of_the_api(small: Wat
 
 def test_borders_say_why_they_are_there(small: Watched, url: str) -> None:
     page = show(small, url, BESIDE_BORDERS)
+    unfold(page, "View")
     page.locator("#borders").check()
+    page.keyboard.press("Escape")
     expect(page).to_have_url(re.compile("borders=explained"))
     with page.expect_response(
         lambda response: "unfolding-diagrams" in response.url or "/result" in response.url, timeout=WAIT
@@ -209,7 +225,7 @@ def test_borders_say_why_they_are_there(small: Watched, url: str) -> None:
         x, y = (
             sum(float(axis[end[part]]) for end in ends) / 2 for axis, part in ((umap.omega, 1), (umap.clearance, 0))
         )
-        if left < x < right and low < y < high:
+        if left < x < right and low < y < high and is_free(page, spot(page, x, y)):
             first, second = sorted(str(labels[end]) for end in ends)
             told += f"Border between {first} and {second}: " in point_at(page, x, y)
     assert told > 3

@@ -5,10 +5,11 @@ from __future__ import annotations
 import itertools
 import re
 
+import numpy as np
 import pytest
-from playwright.sync_api import Page, Route, expect
+from playwright.sync_api import Browser, Page, Route, expect
 
-from tests.support.explorer_page import FIRST, QUICK, USUAL, WAIT, place, show, window
+from tests.support.explorer_page import FIRST, QUICK, USUAL, WAIT, place, show, trajectories_of_points, unfold, window
 from tests.support.watched_page import Watched
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
@@ -44,14 +45,70 @@ def test_a_new_point_shows_nothing_of_the_orbit_before(watched: Watched, url: st
     expect(page.locator("#own-curves")).to_contain_text("of 1-1r-1l are drawn", timeout=WAIT)
 
 
-def test_a_clicked_point_comes_into_sight(small: Watched, url: str) -> None:
-    """Also where another section of the panel was read before."""
-    page = show(small, url, USUAL, wait=False)
-    page.get_by_text("Machine", exact=True).click()
+# The boxes of what is shown of a point, and the parts of them that neither the window nor a scrolling box cuts off.
+IN_SIGHT = """async (ids) => {
+    await Promise.all(document.getAnimations().map((animation) => animation.finished));
+    return ids.map((id) => {
+        const element = document.getElementById(id);
+        const { left, top, right, bottom } = element.getBoundingClientRect();
+        let seen = [Math.max(left, 0), Math.max(top, 0), Math.min(right, innerWidth), Math.min(bottom, innerHeight)];
+        for (let box = element.parentElement; box; box = box.parentElement) {
+            if (getComputedStyle(box).overflowY === "visible") continue;
+            const at = box.getBoundingClientRect();
+            const [x, y] = [at.left + box.clientLeft, at.top + box.clientTop];
+            seen = [Math.max(seen[0], x), Math.max(seen[1], y), Math.min(seen[2], x + box.clientWidth),
+                Math.min(seen[3], y + box.clientHeight)];
+        }
+        return { id, whole: [left, top, right, bottom], seen };
+    });
+}"""
+PARTS = ["point-name", "animation", "history", "portrait", "multipliers"]
+AWAY = 0.5  # of a pixel, by which boxes are rounded
+
+
+def assert_in_sight(page: Page) -> None:
+    """Fail where a part of the open point is cut off, or is empty."""
+    expect(page.locator("#multipliers svg")).to_be_visible(timeout=WAIT)
+    for part in page.evaluate(IN_SIGHT, PARTS):
+        assert np.allclose(part["seen"], part["whole"], atol=AWAY), part
+        left, top, right, bottom = part["whole"]
+        assert right - left > 30, part
+        assert bottom - top > 15, part
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 800), (390, 844)])
+def test_an_opened_point_is_whole_in_sight(browser: Browser, url: str, width: int, height: int) -> None:
+    """After a click, or a tap, where a section of the machine was read before; and from a link."""
+    is_phone = width < height
+    context = browser.new_context(viewport={"width": width, "height": height}, has_touch=is_phone)
+    page = show(Watched(context.new_page()), url, USUAL, wait=False)
+    unfold(page, "Machine", "All its numbers")
     page.get_by_role("button", name="Show this window").scroll_into_view_if_needed()
-    expect(page.locator("#point-section summary")).not_to_be_in_viewport()
-    open_point(page, FIRST_POINT, "1-2r-2l")
-    expect(page.locator("#point-name")).to_be_in_viewport()
+    at = place(page, *FIRST_POINT)
+    if is_phone:
+        page.touchscreen.tap(*at)
+    else:
+        page.mouse.click(*at)
+    expect(page.locator("#point-name")).to_have_text("1-2r-2l", timeout=WAIT)
+    assert_in_sight(page)
+    address = page.url
+    assert "at=" in address
+    page.goto("about:blank")
+    page.goto(address)
+    expect(page.locator("#point-name")).to_have_text("1-2r-2l", timeout=WAIT)
+    assert_in_sight(page)
+    context.close()
+
+
+def test_a_point_is_closed(small: Watched, url: str) -> None:
+    page = show(small, url, f"{USUAL}&at=0.27,1.5", wait=False)
+    expect(page.locator("#point-name")).to_have_text("1-2r-2l", timeout=WAIT)
+    page.get_by_role("button", name="Close the point").click()
+    expect(page.locator("#point-section")).to_be_hidden()
+    expect(page.locator("#plane")).to_be_focused()
+    expect(page).not_to_have_url(re.compile("at="))
+    page.go_back()
+    expect(page.locator("#point-name")).to_have_text("1-2r-2l", timeout=WAIT)
 
 
 def test_a_question_says_in_sight_that_it_is_computed(small: Watched, url: str) -> None:
@@ -66,6 +123,7 @@ def test_a_question_says_in_sight_that_it_is_computed(small: Watched, url: str) 
 
 def test_a_point_is_entered_and_left_by_keys(small: Watched, url: str) -> None:
     page = show(small, url, QUICK)
+    unfold(page, "View")
     form = page.locator("#point-form")
     across, up = form.get_by_label("forcing frequency"), form.get_by_label("clearance")
     for text, message in (
@@ -76,21 +134,24 @@ def test_a_point_is_entered_and_left_by_keys(small: Watched, url: str) -> None:
         up.fill(text)
         up.press("Enter")
         assert up.evaluate("(field) => field.validationMessage").startswith(message)
-    assert not small.posted("trajectories")
+    assert not trajectories_of_points(small)
     up.fill("1.7")
     up.press("Enter")
     expect(page.locator("#point-name")).to_have_text("1-1r-1l", timeout=WAIT)
     expect(page.locator("#point-place")).to_have_text("ω = 0.26, clearance 1.7")
     assert window(page) == ([0.25, 0.28125], [1.575, 1.825])  # the window follows
-    up.press("Escape")
+    expect(page.locator("#point-name")).to_be_focused()  # and the menu is closed
+    expect(form).to_be_hidden()
+    page.keyboard.press("Escape")
     expect(page.locator("#plane")).to_be_focused()
 
 
 def test_axes_of_small_machines_have_powers_of_ten(small: Watched, url: str) -> None:
     page = show(small, url, QUICK)
-    page.get_by_text("Machine", exact=True).click()
+    unfold(page, "Machine")
     page.get_by_label("Begin with").select_option("rotor")
     expect(page).to_have_url(re.compile("machine="))
+    unfold(page, "View")
     form = page.locator("#point-form")
     form.get_by_label("forcing frequency ω (rad/s)").fill("150")
     form.get_by_label("clearance (m)").fill("0.0004")
@@ -128,18 +189,10 @@ def test_the_form_of_a_point_keeps_no_number_of_another_plane(small: Watched, ur
     page = show(small, url, f"{USUAL}&at=0.27,1.5", wait=False)
     up = page.locator("#point-form input").nth(1)
     expect(up).to_have_value("1.5")
+    unfold(page, "View")
     page.locator("#up").select_option("restitution")
     expect(up).to_have_value("")
     up.fill("1")
     page.locator("#point-form input").nth(0).fill("0.27")
     up.press("Enter")  # a restitution may be 1
     expect(page.locator("#point-place")).to_contain_text("restitution 1", timeout=WAIT)
-
-
-def test_a_tap_on_a_phone_leaves_the_plane_where_it_is(small: Watched, url: str) -> None:
-    small.page.set_viewport_size({"width": 360, "height": 740})
-    page = show(small, url, f"{USUAL}&at=0.27,1.5", wait=False)
-    expect(page.locator("#point-name")).to_have_text("1-2r-2l", timeout=WAIT)
-    assert page.evaluate("scrollY") == 0
-    open_point(page, SECOND_POINT, "1-1r-1l")
-    assert page.evaluate("scrollY") == 0

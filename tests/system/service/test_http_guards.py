@@ -123,6 +123,38 @@ def test_an_allowed_origin_is_compared_as_browsers_send_it(serve: Any, written: 
     assert answer.headers["access-control-allow-origin"] == origin
 
 
+def framing(client: TestClient, path: str) -> tuple[list[str], str | None]:
+    """Return who may show a page in a frame: what its policy says, and what the older header does."""
+    headers = client.get(path).headers
+    policy = dict(part.strip().partition(" ")[::2] for part in headers["content-security-policy"].split(";"))
+    return policy["frame-ancestors"].split(), headers.get("x-frame-options")
+
+
+def test_only_the_explorer_is_shown_in_frames_of_this_machine(client: TestClient) -> None:
+    for path in ("/docs", "/v1", "/static/explorer/main.js", "/no-such-path"):
+        assert framing(client, path) == (["'none'"], "DENY")
+    sources, older = framing(client, "/")
+    assert older is None
+    assert sources[0] == "'self'"
+    hosts = {source.partition("://")[2] for source in sources[1:]}
+    assert hosts == {"localhost:*", "127.0.0.1:*"}
+
+
+def test_a_setting_names_who_may_show_the_explorer_in_a_frame(serve: Any) -> None:
+    course = serve(frame_origins="https://Course.example/, https://*.lab.example:8443")
+    assert framing(course, "/") == (["'self'", "https://course.example", "https://*.lab.example:8443"], None)
+    assert framing(serve(frame_origins=","), "/") == (["'self'"], None)
+    assert framing(serve(frame_origins="*"), "/") == (["'self'", "*"], None)
+
+
+@pytest.mark.parametrize(
+    "wrong", ["course.example", "https://a.example/page", "https://a.example;script-src *", "'none'", "https://*"]
+)
+def test_nothing_but_origins_enters_the_policy_of_the_explorer(wrong: str) -> None:
+    with pytest.raises(ValueError, match="frame_origins"):
+        ServiceSettings(frame_origins=wrong)
+
+
 def test_answers_are_not_pages(client: TestClient) -> None:
     for path in ("/v1", "/no-such-path", "/openapi.json"):
         headers = client.get(path).headers
@@ -320,7 +352,15 @@ def test_errors_of_static_files_are_problems(
 
 
 @pytest.mark.parametrize(
-    "path", ["/", "/docs", "/static/palette.json", "/static/explorer/main.js", "/static/swagger/swagger-ui.css"]
+    "path",
+    [
+        "/",
+        "/docs",
+        "/static/palette.json",
+        "/static/observables.json",
+        "/static/explorer/main.js",
+        "/static/swagger/swagger-ui.css",
+    ],
 )
 def test_files_of_pages_are_asked_for_again(client: TestClient, path: str) -> None:
     """After an update modules of two versions do not meet; what has not changed is not sent again."""

@@ -5,8 +5,10 @@ import re
 import numpy as np
 import pytest
 
+from grazemap import load
 from grazemap.errors import MissingExtra
 from grazemap.results import tables
+from grazemap.results.explorer import ExplorerPage
 from grazemap.results.html import thinned
 from tests.support.sdk_documents import REQUESTS, document, result_of
 
@@ -45,6 +47,45 @@ def test_a_job_and_a_client_have_a_table_without_another_request(client, service
     assert "http://fake:1" in client._repr_html_()
     assert "http://fake:1" in repr(client)
     assert len(service.requests) == sent
+
+
+MAP = {"omega": (0.2, 0.3), "clearance": (1.5, 1.6), "shape": (2, 3), "progress": False}
+
+
+def test_a_map_of_a_service_has_its_page(make_client, service):
+    client = make_client()
+    job = client.submit("unfolding-maps", REQUESTS["unfolding-maps"]).wait()
+    page = job.result().explore(height=400)
+    assert page.url == f"http://fake:1/#map={job.id}" == str(page)
+    assert page.url in repr(page)
+    html = page._repr_html_()
+    assert f"<iframe src='{page.url}'" in html
+    assert "height:400px" in html
+    assert f"href='{page.url}'" in html  # where the frame may not be shown
+    umap = client.unfolding_map(**MAP)
+    sent = len(service.requests)
+    assert umap.explore().url.startswith("http://fake:1/#map=")
+    assert len(service.requests) == sent
+    [batched] = client.map("unfolding-maps", [REQUESTS["unfolding-maps"]])
+    assert batched.explore(height=400) == page
+
+
+def test_in_other_units_a_map_has_the_same_page(make_client):
+    machine = {"units": "SI", "masses": [1], "stiffnesses": [1], "damping": [0.1], "forcing": [5], "restitution": 0.5}
+    window = {"omega": (0.9, 1.1), "clearance": (2.0, 3.0)}
+    umap = make_client().unfolding_map(machine, **MAP | window)
+    assert umap.in_units("Hz").explore() == umap.explore()
+
+
+def test_the_address_of_a_page_is_escaped():
+    assert "<script>" not in ExplorerPage("http://a.example/'><script>", 1)._repr_html_()
+
+
+def test_a_map_of_no_service_has_no_page(make_client, tmp_path):
+    umap = make_client().unfolding_map(**MAP)
+    for other in (result_of("unfolding-maps"), load(umap.save(tmp_path / "map.npz"))):
+        with pytest.raises(ValueError, match="service"):
+            other.explore()
 
 
 def test_points_are_rows_with_nothing_apart_from_zero():

@@ -1,4 +1,5 @@
 // Requests to the service: problems, the key, waiting for a job, and giving it up.
+import { forTab } from "./kept.js";
 
 const FINISHED = ["successful", "failed", "dismissed"];
 const BUSY = [429, 502, 503, 504, 507];
@@ -37,14 +38,14 @@ const pause = (seconds, signal) =>
     );
   });
 
-let key = sessionStorage.getItem("grazemap-key");
+let key = forTab.get("grazemap-key");
 let keyIsAsked = null;
 async function newKey() {
   keyIsAsked ??= page.key().finally(() => {
     keyIsAsked = null;
   });
   key = await keyIsAsked;
-  sessionStorage.setItem("grazemap-key", key);
+  forTab.set("grazemap-key", key);
 }
 
 const RETRY_SECONDS = 2;

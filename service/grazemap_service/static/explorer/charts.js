@@ -1,10 +1,13 @@
 // Small line charts as SVG.
+import { drawnAxes, layout, path, scales } from "./axes.js";
 import { drawing } from "./dom.js";
-import { axisName, ticks } from "./ticks.js";
 
 const SIZE = { width: 320, height: 200 };
 const MARGIN = { left: 62, right: 8, top: 8, bottom: 36 };
+const SMALL = { left: 44, right: 6, top: 6, bottom: 30 };
+const FONT = 11; // as in the style sheet
 const SMALLEST_BAND = 4;
+const ROUND_OFF = 1e-9; // share of values below which their differences say nothing
 
 export function extent(values, share = 0.05) {
   let low = Infinity;
@@ -14,47 +17,61 @@ export function extent(values, share = 0.05) {
     if (value < low) low = value;
     if (value > high) high = value;
   }
-  const margin = high > low ? share * (high - low) : 0.5 * Math.abs(high) || 1;
+  const isFlat = high - low <= ROUND_OFF * Math.max(Math.abs(low), Math.abs(high));
+  const margin = isFlat ? 0.5 * Math.abs(high) || 1 : share * (high - low);
   return [low - margin, high + margin];
 }
 
 // `series` are { x, y, kind }, lines; `dots` { x, y, kind, text }; `bars` { x } or { y }, straight lines across the
 // chart. `kind` is the class that the style sheet knows. `image` is the address of a picture that fills the axes. With
 // `equal` both axes have one scale.
-export function chart({ title, x, y, names, series = [], dots = [], bars = [], image = null, equal = false }) {
-  const height = equal ? SIZE.width - MARGIN.left - MARGIN.right + MARGIN.top + MARGIN.bottom : SIZE.height;
-  const right = SIZE.width - MARGIN.right;
-  const bottom = height - MARGIN.bottom;
-  const px = (value) => MARGIN.left + ((value - x[0]) / (x[1] - x[0])) * (right - MARGIN.left);
-  const py = (value) => bottom - ((value - y[0]) / (y[1] - y[0])) * (bottom - MARGIN.top);
-  const frame = { x: MARGIN.left, y: MARGIN.top, width: right - MARGIN.left, height: bottom - MARGIN.top };
+export function chart({
+  title,
+  x,
+  y,
+  names,
+  size = SIZE,
+  series = [],
+  dots = [],
+  bars = [],
+  image = null,
+  equal = false,
+}) {
+  const margin = size === SIZE ? MARGIN : SMALL;
+  const { width } = size;
+  const height = equal ? width - margin.left - margin.right + margin.top + margin.bottom : size.height;
+  const right = width - margin.right;
+  const bottom = height - margin.bottom;
+  const box = { left: margin.left, right, top: margin.top, bottom };
+  const { px, py } = scales({ x, y }, box);
+  const frame = { x: margin.left, y: margin.top, width: right - margin.left, height: bottom - margin.top };
   const at = (value) => value.toFixed(1);
   const line = (x1, y1, x2, y2, kind) =>
     drawing("line", { x1: at(x1), y1: at(y1), x2: at(x2), y2: at(y2), class: kind });
-  const text = (content, attributes) => drawing("text", attributes, content);
-  const across = ticks(x, 5);
-  const up = ticks(y, 5);
-  const path = ({ x: xs, y: ys }) => {
-    let drawn = "";
-    let lifted = true;
-    xs.forEach((value, k) => {
-      if (ys[k] !== null) drawn += `${lifted ? "M" : "L"}${at(px(value))} ${at(py(ys[k]))}`;
-      lifted = ys[k] === null;
-    });
-    return drawn;
-  };
+  const axes = layout({
+    view: { x, y },
+    frame: box,
+    names,
+    places: {
+      x: { x: (margin.left + right) / 2, y: bottom + margin.bottom - 8 },
+      y: { x: 8, y: (margin.top + bottom) / 2 },
+    },
+    gaps: { x: 12, y: 6 },
+    most: { x: width / 64, y: Math.max(2, height / 40) },
+    font: FONT,
+  });
   return drawing(
     "svg",
-    { viewBox: `0 0 ${SIZE.width} ${height}`, role: "img", "aria-label": title, class: "chart" },
+    { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": title, class: "chart" },
     drawing("title", {}, title),
     ...(image ? [drawing("image", { ...frame, href: image, preserveAspectRatio: "none" })] : []),
     drawing("rect", { ...frame, class: "frame" }),
     ...bars.map((bar) =>
       "x" in bar
-        ? line(px(bar.x), MARGIN.top, px(bar.x), bottom, bar.kind)
-        : line(MARGIN.left, py(bar.y), right, py(bar.y), bar.kind),
+        ? line(px(bar.x), margin.top, px(bar.x), bottom, bar.kind)
+        : line(margin.left, py(bar.y), right, py(bar.y), bar.kind),
     ),
-    ...series.map((curve) => drawing("path", { d: path(curve), class: curve.kind })),
+    ...series.map((curve) => drawing("path", { d: path(curve, { px, py }), class: curve.kind })),
     ...dots.map((dot) =>
       drawing(
         "circle",
@@ -62,21 +79,7 @@ export function chart({ title, x, y, names, series = [], dots = [], bars = [], i
         ...(dot.text ? [drawing("title", {}, dot.text)] : []),
       ),
     ),
-    ...across.marks.map(({ value, text: label }) => text(label, { x: at(px(value)), y: bottom + 14, class: "middle" })),
-    ...up.marks.map(({ value, text: label }) =>
-      text(label, { x: MARGIN.left - 5, y: at(py(value) + 4), class: "end" }),
-    ),
-    text(axisName(names.x, across), {
-      x: (MARGIN.left + right) / 2,
-      y: bottom + 30,
-      class: "middle",
-    }),
-    text(axisName(names.y, up), {
-      x: 12,
-      y: (MARGIN.top + bottom) / 2,
-      class: "middle",
-      transform: `rotate(-90 12 ${(MARGIN.top + bottom) / 2})`,
-    }),
+    ...drawnAxes(axes),
   );
 }
 
@@ -118,15 +121,16 @@ export function onDrag(svg, x, chosen) {
 }
 
 // Multipliers in the complex plane, with the unit circle.
-export function circle(multipliers) {
+export function circle(multipliers, size) {
   const reach = 1.1 * Math.max(1, ...multipliers.flat().map(Math.abs));
   const angles = Array.from({ length: 181 }, (_, k) => (k * Math.PI) / 90);
   return chart({
     title: "Multipliers of the orbit on the complex plane, with the unit circle",
+    size,
     x: [-reach, reach],
     y: [-reach, reach],
     equal: true,
-    names: { x: "real part of the multipliers", y: "imaginary part" },
+    names: { x: "multipliers, real", y: "imaginary" },
     series: [{ x: angles.map(Math.cos), y: angles.map(Math.sin), kind: "circle" }],
     dots: multipliers.map(([re, im]) => ({
       x: re,

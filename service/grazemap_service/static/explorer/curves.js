@@ -7,7 +7,7 @@ import { percent } from "./layers.js";
 import { isUsual } from "./parameters.js";
 import * as requests from "./requests.js";
 
-const POINTS = 513;
+export const POINTS = 513; // of a grazing curve
 const BORDER_POINTS = 96;
 const KEPT = 50;
 export const NAMES = {
@@ -29,7 +29,7 @@ export function around([low, high], domain) {
 
 // Whether there are bifurcation curves over a plane without a motion to begin with.
 const OF_STOPS = ["clearance", "clearance_left", "restitution", "forcing", "bias"];
-const leavesGraze = ({ horizontal, vertical }) =>
+export const leavesGraze = ({ horizontal, vertical }) =>
   (horizontal === "omega" && OF_STOPS.includes(vertical)) || (vertical === "omega" && OF_STOPS.includes(horizontal));
 
 const named = ({ type, motion }) => `${type}, ${NAMES[type]} of ${motion}`;

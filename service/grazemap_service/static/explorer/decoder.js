@@ -16,7 +16,7 @@ const NAMES = [
   "reasons",
   "lyapunov",
   "least_impact_velocity",
-  "dissipated_power",
+  "motions_found",
   "margin_right",
   "margin_left",
 ];
@@ -38,8 +38,8 @@ function labelled({ kind, kinds, period, impacts_right, impacts_left }) {
   return { labels, motion };
 }
 
-async function tileOf(buffer) {
-  const { margin_right, margin_left, ...values } = await arrays(buffer, NAMES);
+async function tileOf(buffer, observables) {
+  const { margin_right, margin_left, ...values } = await arrays(buffer, [...NAMES, ...observables]);
   const { kind, kinds, period, impacts_right, impacts_left, ...rest } = values;
   const tile = { ...labelled({ kind, kinds, period, impacts_right, impacts_left }), ...rest };
   const points = Math.sqrt(kind.length);
@@ -49,9 +49,9 @@ async function tileOf(buffer) {
   return tile;
 }
 
-onmessage = async ({ data: { number, buffer } }) => {
+onmessage = async ({ data: { number, buffer, observables } }) => {
   try {
-    const tile = await tileOf(buffer);
+    const tile = await tileOf(buffer, observables);
     postMessage(
       { number, tile },
       Object.values(tile)

@@ -2,11 +2,12 @@
 import { chart, extent } from "./charts.js";
 import { linesOf } from "./curves.js";
 import { byId, element, swatch } from "./dom.js";
+import { numbered } from "./labels.js";
 import { percent } from "./layers.js";
 import { parameter } from "./parameters.js";
 import * as requests from "./requests.js";
 import { toRead } from "./ticks.js";
-import { named } from "./units.js";
+import { named, shown, unitOf } from "./units.js";
 
 const BASIN_POINTS = 96;
 
@@ -16,18 +17,13 @@ export async function showBasins(panel) {
   const rows = label.length;
   const columns = label[0].length;
   const canvas = element("canvas", { width: columns, height: rows });
-  const names = attractors.map((attractor) => attractor.label ?? attractor.kind);
-  // attractors of one name are numbered from the second on
-  const numbered = names.map((name, k) => {
-    const number = names.slice(0, k).filter((other) => other === name).length;
-    return number ? `${name}, ${number + 1}` : name;
-  });
-  const looks = panel.colours.together([...numbered, "unresolved"], Infinity);
+  const names = numbered(attractors.map((attractor) => attractor.label ?? attractor.kind));
+  const looks = panel.colours.together([...names, "unresolved"], Infinity);
   const pen = canvas.getContext("2d");
   const image = pen.createImageData(columns, rows);
   label.forEach((row, i) =>
     row.forEach((number, j) => {
-      const look = looks.get(numbered[number] ?? "unresolved");
+      const look = looks.get(names[number] ?? "unresolved");
       image.data.set([...look.at(i, j), 255], 4 * ((rows - 1 - i) * columns + j));
     }),
   );
@@ -39,7 +35,7 @@ export async function showBasins(panel) {
   byId("basins").replaceChildren(
     chart({
       title: "Basins of attraction over initial displacement and velocity of mass 1",
-      x: edges(horizontal),
+      x: shown(panel.machine, "length", edges(horizontal)),
       y: edges(vertical),
       names: {
         x: named("displacement of mass 1", panel.machine, "length"),
@@ -53,8 +49,8 @@ export async function showBasins(panel) {
       "ul",
       {},
       ...attractors.map((attractor, k) => {
-        const { colour, image: stripes } = looks.get(numbered[k]);
-        return element("li", {}, swatch(colour, stripes), `${numbered[k]}: ${percent(attractor.share)}`);
+        const { colour, image: stripes } = looks.get(names[k]);
+        return element("li", {}, swatch(colour, stripes), `${names[k]}: ${percent(attractor.share)}`);
       }),
     ),
   );
@@ -69,18 +65,20 @@ export async function showBranch(panel) {
   const range = [Math.min(low, y) / times, Math.max(high, y) / times];
   const branch = await panel.compute("orbit-branches", requests.branch(machine, at, name, range));
   if (!branch.parameter.length) throw new Error(branch.reason);
+  const read = (value) => shown(machine, quantity, times * value);
   const values = branch.parameter.map((value) => times * value);
+  const across = branch.parameter.map(read);
   const speed = branch.velocities.map((all) => Math.abs(all[0] ?? 0));
   const all = branch.parameter.map((_, k) => k);
   const part = (chosen) => ({
-    x: values,
+    x: across,
     y: all.map((k) => (chosen(k) || chosen(Math.max(0, k - 1)) ? speed[k] : null)),
   });
   const stable = (k) => branch.stable[k] && branch.admissible[k];
   byId("branch").replaceChildren(
     chart({
       title: `Branch: speed of the first impact over the ${text}`,
-      x: extent(values),
+      x: extent(across),
       y: extent(speed),
       names: { x: named(text, machine, quantity), y: named("impact speed", machine, "velocity") },
       series: [
@@ -88,10 +86,10 @@ export async function showBranch(panel) {
         { ...part(stable), kind: "motion" },
       ],
       dots: branch.special_points.map((point) => ({
-        x: times * point.parameter,
+        x: read(point.parameter),
         y: Math.abs(point.velocities[0] ?? 0),
         kind: point.type,
-        text: `${point.type} at ${times * point.parameter}`,
+        text: `${point.type} at ${toRead(read(point.parameter))}`,
       })),
     }),
     element("p", { textContent: "Dashed: unstable or not admissible." }),
@@ -101,7 +99,7 @@ export async function showBranch(panel) {
       ...branch.special_points.map((point) =>
         element("li", {
           textContent:
-            `${point.type} at ${text} ${toRead(times * point.parameter)}` +
+            `${point.type} at ${text} ${toRead(read(point.parameter))}${unitOf(machine, quantity)}` +
             (point.admissible ? "" : " (not admissible)"),
         }),
       ),
@@ -119,7 +117,7 @@ export async function showBranch(panel) {
       shape: "diamond",
       type: point.type,
       colour: bifurcations[point.type],
-      text: `${point.type} of the branch, at ${text} ${times * point.parameter}`,
+      text: `${point.type} of the branch, at ${text} ${toRead(read(point.parameter))}${unitOf(machine, quantity)}`,
     })),
   );
 }

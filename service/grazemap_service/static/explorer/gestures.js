@@ -99,6 +99,7 @@ export class Gestures {
   }
 
   #wheel(event) {
+    if (!this.act.takesWheel()) return;
     event.preventDefault();
     const place = this.#place(event);
     const lines = event.deltaMode === 1 ? 16 : 1;

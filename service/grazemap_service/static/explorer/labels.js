@@ -7,6 +7,13 @@ const count = (number) => (number === -2 ? "∞" : number < 0 ? `(${number})` : 
 
 export const labelOf = (period, right, left) => `${period}-${count(right)}r-${count(left)}l`;
 
+// The names of attractors, of which those of one name are numbered from the second on.
+export const numbered = (names) =>
+  names.map((name, k) => {
+    const number = names.slice(0, k).filter((other) => other === name).length;
+    return number ? `${name}, ${number + 1}` : name;
+  });
+
 // CRC-32 of a text, as in the SDK's pictures.
 function crc32(text) {
   let crc = -1;
@@ -62,10 +69,17 @@ function lookOf(colour, hatching = 0) {
   return made.get(name);
 }
 
+// Motions with a short period and few impacts come first, and what has no numbers last.
+const simplestFirst = (label, other) => {
+  const [size, otherSize] = [label, other].map((text) => (text.match(/\d+/g) ?? [Infinity]).map(Number));
+  const k = size.findIndex((number, place) => number !== otherSize[place]);
+  return k < 0 ? (label < other ? -1 : 1) : size[k] - (otherSize[k] ?? 0);
+};
+
 // The looks of labels. No two of those that the legend names in a view look the same, and no other label looks like one
 // of them. A motion that the palette names always has its colour. Others have the colour that the label gives or the next
-// one that is free, one of a motion of period 1 only where no other is left, and then stripes. Labels keep their looks
-// while they may.
+// one that is free, one of a motion of period 1 only where no other is left, and then stripes. Simple motions choose
+// first, so that a look depends on what is in the view, and not on what came first.
 export class Colours {
   #named;
   #free;
@@ -76,7 +90,7 @@ export class Colours {
 
   constructor(palette) {
     this.palette = palette;
-    this.#named = { ...palette.kinds, [OPEN]: palette.kinds.unresolved, ...palette.motions };
+    this.#named = { ...palette.kinds, [OPEN]: palette.kinds.other, ...palette.motions };
     const isFrequent = (label) => label.startsWith("1-");
     const motions = Object.entries(palette.motions);
     const colours = (some) => some.map(([, colour]) => colour);
@@ -90,16 +104,12 @@ export class Colours {
     const own = this.#named[label];
     const colours = own ? [own] : [...this.#free.slice(first), ...this.#free.slice(0, first)];
     for (const colour of own ? colours : [...colours, ...this.#frequent]) yield lookOf(colour);
-    const known = this.#looks.get(label);
-    if (known?.hatching) yield known;
     for (let hatching = 1; ; hatching++) for (const colour of colours) yield lookOf(colour, hatching);
   }
 
   // The look, with stripes, of a label that the legend does not name.
   *#striped(label) {
     const number = crc32(label);
-    const known = this.#looks.get(label);
-    if (known?.hatching) yield known;
     for (let k = number % STRIPED; ; k++) yield lookOf(this.#free[number % this.#free.length], 1 + k);
   }
 
@@ -117,10 +127,8 @@ export class Colours {
     };
     const seen = new Set(labels);
     const named = Object.keys(this.#named).filter((label) => seen.has(label));
-    const first = labels.slice(0, most);
-    const kept = first.filter((label) => this.#looks.get(label)?.hatching === 0);
+    const first = labels.slice(0, most).sort(simplestFirst);
     for (const label of named) taken.add(give(label, this.#candidates(label)));
-    for (const label of kept) if (!looks.has(label)) taken.add(give(label, [this.#looks.get(label)]));
     for (const label of first) if (!looks.has(label)) taken.add(give(label, this.#candidates(label)));
     for (const label of labels) if (!looks.has(label)) give(label, this.#striped(label));
     return looks;

@@ -39,6 +39,25 @@ export function range(index, exponent, points) {
   return { start: start + half, stop: stop - half, points };
 }
 
+// The points of the lattice in an interval, inside a domain, as a range of the API; of more than `limit` every second
+// one, or every fourth, and so on.
+export function pointsOf([low, high], exponent, [least, most], limit = Infinity) {
+  const step = 2 ** exponent / POINTS;
+  const first = Math.ceil(Math.max(low, least) / step - 0.5);
+  const last = Math.floor(Math.min(high, most) / step - 0.5);
+  let every = 1;
+  while ((last - first) / every + 1 > limit) every *= 2;
+  const count = Math.floor((last - first) / every) + 1;
+  const value = (k) => (k + 0.5) * step;
+  return { start: value(first), stop: value(first + (count - 1) * every), points: count };
+}
+
+// The points of a window of its own, in the middle of POINTS equal parts.
+export function partsOf([low, high]) {
+  const half = (high - low) / POINTS / 2;
+  return { start: low + half, stop: high - half, points: POINTS };
+}
+
 // The tile that contains a tile, some levels up.
 export const ancestor = ({ ex, ey, i, j }, levels) => ({
   ex: ex + levels,

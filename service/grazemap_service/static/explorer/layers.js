@@ -1,6 +1,8 @@
 // What the colours of the plane mean: the motion, or a value of every point.
 import { onRamp } from "./labels.js";
 
+// `field` is that of a map; `quantity`, or an SI unit, tells its unit; a map must be asked for `observables` and
+// `policy`.
 export const LAYERS = {
   motion: { text: "Motion" },
   exponent: {
@@ -16,58 +18,120 @@ export const LAYERS = {
     quantity: "velocity",
     white: "the motion has no impacts, or is not periodic",
   },
-  power: {
-    text: "Dissipated power",
-    field: "dissipated_power",
-    quantity: "power",
-    observables: ["dissipated_power"],
-    white: "the motion is unresolved or not decided yet",
+  number: {
+    text: "Number of motions",
+    field: "motions_found",
+    policy: "ensemble",
+    isCount: true,
+    white: "no state was followed to a motion",
   },
 };
 
+// Whether a map of a policy has the values of a layer.
+export const hasLayer = (policy, { policy: needed = policy }) => policy === needed;
+
+// Adds a layer for each observable, { name, unit, description }, of the service's maps.
+export function addObservables(observables) {
+  for (const { name, unit, description } of observables) {
+    const words = name.replaceAll("_", " ");
+    LAYERS[name] = {
+      text: words[0].toUpperCase() + words.slice(1),
+      field: name,
+      quantity: unit,
+      observables: [name],
+      description,
+      white: "it has no value, or the motion is unresolved or not decided yet",
+    };
+  }
+}
+
 const UNVERIFIED_SHADE = 0.55;
 const SHARE_IN_RANGE = 0.98;
+const SHADES = 256; // of a ramp
+const FAR = 0.5;
+const ROUND = [1, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10]; // times a power of ten, where a ramp may end
 const MOST_COUNTED = 1024; // points of a window, along a side, that are counted
 
 // The values between which a layer's ramp runs for these tiles, and whether some are beyond; null where they have none.
 export function rangeOf(layer, tiles) {
-  const { field, diverging } = LAYERS[layer];
+  const { field, diverging, isCount } = LAYERS[layer];
   const values = tiles
     .flatMap((tile) => (tile[field] ? [...tile[field].filter((_, k) => k % 37 === 0)] : []))
     .filter(Number.isFinite)
     .map((value) => (diverging ? Math.abs(value) : value))
     .sort((a, b) => a - b);
   if (!values.length) return null;
-  const most = values[Math.floor(SHARE_IN_RANGE * (values.length - 1))] || values[values.length - 1] || 1;
-  const power = 10 ** Math.floor(Math.log10(most));
-  const round = [1, 2, 5, 10].find((factor) => factor * power >= most * (1 - 1e-9)) * power;
-  return [diverging ? -round : 0, round, values[values.length - 1] > round];
+  const at = (share) => values[Math.floor(share * (values.length - 1))];
+  const largest = values.at(-1);
+  if (isCount) return [0, largest, false];
+  const most = at(SHARE_IN_RANGE) || largest || 1;
+  const least = at(1 - SHARE_IN_RANGE);
+  const isFar = !diverging && least > FAR * most && most > least; // from 0, which the ramp then leaves out
+  const power = 10 ** Math.floor(Math.log10(isFar ? most - least : most));
+  if (isFar) {
+    const low = Math.floor(least / power) * power;
+    const high = Math.ceil((most / power) * (1 - 1e-9)) * power;
+    return [low, high, largest > high];
+  }
+  const round = ROUND.find((factor) => factor * power >= most * (1 - 1e-9)) * power;
+  return [diverging ? -round : 0, round, largest > round];
 }
 
 const isPeriodic = (label) => /^\d/.test(label); // other motions are named by their kind
-const isUnverified = (tile, k) => !tile.verified[k] && isPeriodic(tile.labels[tile.motion[k]]);
 
-// Paints a tile on a canvas of one pixel a point. Every other point of a periodic motion that is not verified is dark.
+// A colour as a pixel of image data in one number, as browsers run on little-endian processors.
+const packed = ([red, green, blue], shade = 1) =>
+  ((255 << 24) | (Math.round(shade * blue) << 16) | (Math.round(shade * green) << 8) | Math.round(shade * red)) >>> 0;
+
+// The pixel of each point: of a motion that is hidden, 0. Every other point of a periodic motion that is not verified is
+// dark.
+function ofMotions({ labels, motion, verified }, hidden, colours) {
+  const shades = [1, UNVERIFIED_SHADE];
+  const looks = labels.map((label) => {
+    if (hidden.has(label)) return null;
+    const look = colours.of(label);
+    const pixels = [look.channels, look.stripe].map((colour) => shades.map((shade) => packed(colour, shade)));
+    return { look, pixels, isPeriodic: isPeriodic(label) };
+  });
+  return (k, row, column) => {
+    const shown = looks[motion[k]];
+    if (!shown) return 0;
+    const { look, pixels } = shown;
+    const striped = look.hatching && look.at(row, column) !== look.channels ? 1 : 0;
+    return pixels[striped][shown.isPeriodic && !verified[k] && (row + column) % 2 ? 1 : 0];
+  };
+}
+
+const ramps = new Map(); // pixels of equal shares
+function ramp(diverging) {
+  if (!ramps.has(diverging))
+    ramps.set(
+      diverging,
+      Uint32Array.from({ length: SHADES }, (_, k) => packed(onRamp(diverging, k / (SHADES - 1)))),
+    );
+  return ramps.get(diverging);
+}
+
+function ofValues(values, diverging, range) {
+  if (!values || !range) return () => 0;
+  const pixels = ramp(diverging);
+  const [low, high] = range;
+  const place = (value) => Math.round(((value - low) / (high - low)) * (SHADES - 1));
+  return (k) => (Number.isFinite(values[k]) ? pixels[Math.min(SHADES - 1, Math.max(0, place(values[k])))] : 0);
+}
+
+// Paints a tile on a canvas of one pixel a point.
 export function paint(tile, layer, { hidden, range, colours }) {
   const n = tile.points;
   const canvas = tile.canvas ?? new OffscreenCanvas(n, n);
   const pen = canvas.getContext("2d");
   const image = pen.createImageData(n, n);
+  const pixels = new Uint32Array(image.data.buffer);
   const { field, diverging } = LAYERS[layer];
-  const values = tile[field];
-  const ofLabels = tile.labels.map((label) => (hidden.has(label) ? null : colours.of(label)));
-  for (let k = 0; k < n * n; k++) {
-    const row = Math.floor(k / n);
-    const place = 4 * ((n - 1 - row) * n + (k - row * n));
-    let colour = null;
-    if (!field) colour = ofLabels[tile.motion[k]]?.at(row, k - row * n);
-    else if (values && range && Number.isFinite(values[k]))
-      colour = onRamp(diverging, (values[k] - range[0]) / (range[1] - range[0]));
-    if (!colour) continue;
-    const shade = !field && (row + k) % 2 && isUnverified(tile, k) ? UNVERIFIED_SHADE : 1;
-    for (let c = 0; c < 3; c++) image.data[place + c] = shade * colour[c];
-    image.data[place + 3] = 255;
-  }
+  const pixelOf = field ? ofValues(tile[field], diverging, range) : ofMotions(tile, hidden, colours);
+  for (let row = 0; row < n; row++)
+    for (let column = 0; column < n; column++)
+      pixels[(n - 1 - row) * n + column] = pixelOf(row * n + column, row, column);
   pen.putImageData(image, 0, 0);
   tile.canvas = canvas;
   return canvas;
@@ -118,7 +182,7 @@ export const percent = (share) => (share < 0.001 ? "< 0.1 %" : `${(100 * share).
 // A reason without what a client of the API would do about it.
 export const withoutRemedy = (reason) => reason.replace(/\.? Remedy:.*/s, "");
 
-// What the finest of the tiles says about a point of the plane; null where none has come.
+// What the finest of the tiles says about a point of the plane, `at` its own point there; null where none has come.
 export function reading(tiles, x, y) {
   const covers = ({ x: [left, right], y: [low, high] }) => left <= x && x < right && low <= y && y < high;
   const tile = tiles.findLast(covers);
@@ -132,8 +196,12 @@ export function reading(tiles, x, y) {
     sensitive: Boolean(tile.sensitive?.[k]),
     preview: tile.preview,
     reason: tile.reasons[tile.reason[k]],
-    exponent: tile.lyapunov?.[k],
-    speed: tile.least_impact_velocity?.[k],
-    power: tile.dissipated_power?.[k],
+    figures: Object.values(LAYERS).flatMap((layer) =>
+      layer.field && Number.isFinite(tile[layer.field]?.[k]) ? [{ layer, value: tile[layer.field][k] }] : [],
+    ),
+    at: [
+      tile.x[0] + ((place(x, tile.x) + 0.5) / tile.points) * (tile.x[1] - tile.x[0]),
+      tile.y[0] + ((place(y, tile.y) + 0.5) / tile.points) * (tile.y[1] - tile.y[0]),
+    ],
   };
 }

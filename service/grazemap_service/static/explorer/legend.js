@@ -3,47 +3,56 @@ import { byId, element, swatch } from "./dom.js";
 import { NAMED } from "./labels.js";
 import { LAYERS, percent } from "./layers.js";
 import { toRead } from "./ticks.js";
-import { named } from "./units.js";
+import { named, shown } from "./units.js";
 
-const numbered = (colour, k) => [swatch(colour), ` ${k + 1} `];
+const FIRST = 8; // motions that are named until more are asked for
 
 export class Legend {
   hidden = new Set();
   #shown = "";
+  #isWhole = false;
   #meanings = [];
+  #inSight = { motions: [], ramp: null };
 
   // `names` are those of bifurcations; `changed` is called when a motion was switched off or on.
   constructor({ colours, names, changed }) {
     Object.assign(this, { colours, changed });
     const { bifurcations, orders } = colours.palette;
-    const item = (...parts) => element("li", { hidden: true }, ...parts);
     this.#meanings = [
       ...Object.entries(names).map(([type, name]) => ({
         isSeen: (drawing) => drawing.type === type,
-        item: item(swatch(bifurcations[type]), `${type}: ${name}`),
+        colours: [bifurcations[type]],
+        text: `${type}: ${name}`,
       })),
-      {
-        isSeen: ({ dashed }) => dashed,
-        item: item("Dashed: no motion follows it, as its orbits are not admissible."),
-      },
-      {
-        isSeen: ({ thin, type }) => thin && type,
-        item: item("Thin: the motion is unstable on both sides."),
-      },
+      { isSeen: ({ dashed }) => dashed, text: "Dashed: no motion follows it, as its orbits are not admissible." },
+      { isSeen: ({ thin, type }) => thin && type, text: "Thin: the motion is unstable on both sides." },
       {
         isSeen: ({ shape }) => shape === "circle",
-        item: item(
-          element("span", {}, "Circles: half periods after which the graze recurs: ", ...orders.flatMap(numbered)),
-        ),
+        text: "Circles: half periods after which the graze recurs:",
+        numbered: orders,
       },
-    ];
+    ].map(({ colours: before = [], numbered = [], ...meaning }) => {
+      const after = numbered.flatMap((colour, k) => [swatch(colour), ` ${k + 1} `]);
+      const parts = [...before.map((colour) => swatch(colour)), element("span", {}, `${meaning.text} `, ...after)];
+      return { ...meaning, before, numbered, item: element("li", { hidden: true }, ...parts) };
+    });
     byId("curve-legend").append(...this.#meanings.map((meaning) => meaning.item));
   }
 
-  // Says what the curves and marks that are drawn mean.
-  explain({ lines, marks }) {
-    const drawn = [...lines, ...marks];
+  // Says what the curves and marks in a window mean.
+  explain({ lines, marks }, { x, y }) {
+    const inside = (value, [low, high]) => value !== null && low <= value && value <= high;
+    const drawn = [
+      ...lines.filter((line) => line.x.some((value, k) => inside(value, x) && inside(line.y[k], y))),
+      ...marks.filter((mark) => inside(mark.x, x) && inside(mark.y, y)),
+    ];
     for (const { isSeen, item } of this.#meanings) item.hidden = !drawn.some(isSeen);
+  }
+
+  // What the legend says of what is in sight: { motions, ramp, meanings }. Motions are { label, share }, meanings
+  // { text, before, numbered } with their colours; `ramp` is { text, white, diverging } where values are shown.
+  get inSight() {
+    return { ...this.#inSight, meanings: this.#meanings.filter(({ item }) => !item.hidden) };
   }
 
   // Shows the motions with their shares, the largest first, or the range of a layer's values.
@@ -53,43 +62,64 @@ export class Legend {
     byId("legend").hidden = Boolean(field);
     if (field) this.#showRamp(state, range);
     else this.#showMotions(motions);
+    const ramp = field && { ...this.#rampOf(state, range), diverging: LAYERS[state.layer].diverging };
+    this.#inSight = { motions: motions.slice(0, NAMED).filter(({ label }) => !this.hidden.has(label)), ramp };
   }
 
-  #showRamp({ layer, machine }, range) {
-    const { text, unit = "", quantity, diverging, white } = LAYERS[layer];
-    const name = `${named(text, machine, quantity)}${unit && ` ${unit}`}`;
-    byId("ramp-white").textContent = `White: ${white}.`;
-    byId("ramp").className = diverging ? "diverging" : "sequential";
-    byId("ramp-text").textContent = range
-      ? `${name}: ${toRead(range[0])} to ${toRead(range[1])}${range[2] ? " or more" : ""}`
+  #rampOf({ layer, machine }, range) {
+    const { text: what, unit = "", quantity, white } = LAYERS[layer];
+    const name = `${named(what, machine, quantity)}${unit && ` ${unit}`}`;
+    const value = (end) => toRead(shown(machine, quantity, end));
+    const text = range
+      ? `${name}: ${value(range[0])} to ${value(range[1])}${range[2] ? " or more" : ""}`
       : `${name}: comes with the complete tiles; the motions stand, pale`;
+    return { text, white: `White: ${white}.` };
+  }
+
+  #showRamp(state, range) {
+    const { text, white } = this.#rampOf(state, range);
+    byId("ramp-white").textContent = white;
+    byId("ramp").className = LAYERS[state.layer].diverging ? "diverging" : "sequential";
+    byId("ramp-text").textContent = text;
   }
 
   #showMotions(all) {
-    const first = all.slice(0, NAMED);
-    const signature = JSON.stringify([first, [...this.hidden], this.colours.version]);
-    if (signature === this.#shown) return; // so that a box keeps the focus
+    const most = this.#isWhole ? NAMED : FIRST;
+    const first = all.slice(0, most);
+    const signature = JSON.stringify([first, all.length, [...this.hidden], this.colours.version]);
+    if (signature === this.#shown) return; // so that a button keeps the focus
     this.#shown = signature;
     const focused = document.activeElement?.value;
     byId("legend").replaceChildren(...first.map(({ label, share }) => this.#entry(label, share)));
     const others = all.length - first.length;
-    const more = others === 1 ? "and one other" : `and ${others} others`;
-    if (others) byId("legend").append(element("li", { textContent: more }));
+    if (others) byId("legend").append(this.#rest(others, first.length < Math.min(all.length, NAMED)));
     if (focused)
       byId("legend")
-        .querySelector(`input[value="${CSS.escape(focused)}"]`)
+        .querySelector(`button[value="${CSS.escape(focused)}"]`)
         ?.focus();
   }
 
-  #entry(label, share) {
-    const box = element("input", { type: "checkbox", value: label, checked: !this.hidden.has(label) });
-    box.addEventListener("change", () => {
-      if (box.checked) this.hidden.delete(label);
-      else this.hidden.add(label);
+  // Says how many motions are left out, and shows more of them if they have colours of their own.
+  #rest(others, hasMore) {
+    const text = others === 1 ? "one other" : `${others} others`;
+    if (!hasMore) return element("li", { textContent: `and ${text}` });
+    const more = element("button", { type: "button", textContent: `and ${text} …` });
+    more.addEventListener("click", () => {
+      this.#isWhole = true;
       this.changed();
     });
-    const part = element("small", { textContent: percent(share) });
+    return element("li", {}, more);
+  }
+
+  #entry(label, share) {
     const { colour, image } = this.colours.of(label);
-    return element("li", {}, element("label", {}, box, swatch(colour, image), `${label} `, part));
+    const part = element("small", { textContent: percent(share) });
+    const pressed = { type: "button", value: label, title: "Hide or show", "aria-pressed": !this.hidden.has(label) };
+    const button = element("button", pressed, swatch(colour, image), label, part);
+    button.addEventListener("click", () => {
+      if (!this.hidden.delete(label)) this.hidden.add(label);
+      this.changed();
+    });
+    return element("li", {}, button);
   }
 }

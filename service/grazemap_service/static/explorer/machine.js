@@ -6,7 +6,7 @@ import { PRESETS } from "./presets.js";
 import * as requests from "./requests.js";
 import { sketch } from "./sketch.js";
 import { toRead } from "./ticks.js";
-import { unitOf } from "./units.js";
+import { entry, inSI, unitOf, withUnit } from "./units.js";
 
 const FIELDS = ["masses", "stiffnesses", "damping", "forcing", "restitution"];
 const LISTS = ["masses", "stiffnesses", "forcing"];
@@ -99,12 +99,14 @@ export class MachineForm {
     return FIELDS.every((name) => fields[name].value === textOf(name, EXAMPLE[name])) && !fields.further.value;
   }
 
-  show({ oscillator, stops, left, periods }) {
+  show(machine) {
+    const { oscillator, stops, left, periods } = machine;
     const { units = "nondimensional", ...others } = complete(oscillator);
     const fields = this.form.elements;
     fields.units.value = units;
     fields.stops.value = stops;
-    fields.left.value = left ?? "";
+    fields.left.value = entry(machine, "length", left);
+    byId("left-unit").textContent = unitOf(machine, "length");
     fields.periods.value = periods;
     for (const name of FIELDS) fields[name].value = textOf(name, others[name]);
     const further = Object.fromEntries(Object.entries(others).filter(([name]) => !FIELDS.includes(name)));
@@ -139,7 +141,8 @@ export class MachineForm {
     for (const name of LISTS) if (typeof oscillator[name] === "number") oscillator[name] = [oscillator[name]];
     if (Array.isArray(oscillator.restitution)) errors.restitution = `${notNumber(fields.restitution.value)}.`;
     const stops = fields.stops.value;
-    const left = stops === "unequal" ? Number(fields.left.value || NaN) : null;
+    const entered = stops === "unequal" ? Number(fields.left.value || NaN) : null;
+    const left = inSI({ oscillator }, "length", entered);
     if (Number.isNaN(left) && fields.left.value) errors.left = `${notNumber(fields.left.value)}.`;
     else if (Number.isNaN(left)) missing.left = "Enter the distance of the left stop.";
     const reminders = Object.entries(missing).filter(([name]) => this.#touched.has(name));
@@ -175,10 +178,10 @@ export class MachineForm {
       if (signal.aborted) return null;
       byId("sketch").replaceChildren(...sketch(machine));
       const ratios = data.damping_ratios;
-      const unit = unitOf(machine, "frequency");
+      const frequency = (value) => withUnit(machine, "frequency", value);
       byId("modes").replaceChildren(
         ...data.natural_frequencies.map((omega, k) =>
-          element("li", { textContent: `${toRead(omega)}${unit}, damping ratio ${toRead(ratios[k])}` }),
+          element("li", { textContent: `${frequency(omega)}, damping ratio ${toRead(ratios[k])}` }),
         ),
       );
       return machine;

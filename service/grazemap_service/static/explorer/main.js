@@ -4,13 +4,18 @@ import { serve } from "./api.js";
 import * as address from "./address.js";
 import { Curves, NAMES } from "./curves.js";
 import { byId, element, isPhone } from "./dom.js";
+import { hasControl, isFramed, showControls } from "./embed.js";
+import { Gallery } from "./gallery.js";
 import { listJobs } from "./jobs.js";
 import { Gestures } from "./gestures.js";
 import { Colours } from "./labels.js";
-import { exponentFor, tilesOf } from "./lattice.js";
-import { LAYERS, paint, rangeOf, reading, shares, withoutRemedy } from "./layers.js";
+import { POINTS, exponentFor, partsOf, pointsOf, tilesOf } from "./lattice.js";
+import { LAYERS, addObservables, hasLayer, paint, rangeOf, reading, shares, withoutRemedy } from "./layers.js";
 import { Legend } from "./legend.js";
+import { followed } from "./links.js";
+import { Living } from "./living.js";
 import { MachineForm } from "./machine.js";
+import { arrangeMenus } from "./menus.js";
 import { Overview } from "./overview.js";
 import { USUAL, intervalAbout, isUsual, parameter, placeOf, valueOf } from "./parameters.js";
 import { Plane } from "./plane.js";
@@ -19,40 +24,44 @@ import { PointPanel } from "./point.js";
 import { PointForm } from "./pointform.js";
 import { PRESETS } from "./presets.js";
 import * as requests from "./requests.js";
+import { Sliders } from "./sliders.js";
+import { STARTS, isSweep } from "./starts.js";
 import { offer } from "./takehome.js";
 import { rounded, toRead } from "./ticks.js";
 import { storedMap } from "./stored.js";
+import { Story } from "./story.js";
 import { Tiles } from "./tiles.js";
-import { named, unitOf } from "./units.js";
+import { UNITS, choose, isSI, named, shown, unitOf, withUnit } from "./units.js";
 
 const MOST_SENSITIVE = 0.9; // share of labels that round-off may change, above which a closer look is of no use
 const ORDER_AGAIN = 400; // milliseconds, after which the tiles under the pointer come first
+const ROOMY = 1000; // pixels of height at which the legend has room below an open point
+const SWEEP_AFTER = 300; // milliseconds after the last step of a window
+const SLIDE_AGAIN = 150; // milliseconds between the machines of a slider that moves
 
 const { paper } = PRESETS;
-const STANDARD = {
-  x: paper.x,
-  y: paper.y,
-  plane: USUAL,
-  machine: paper.machine,
-  layer: "motion",
-  curves: "grazing",
-  borders: false,
-  at: null,
-};
+const STANDARD = { ...address.UNSAID, x: paper.x, y: paper.y };
 
-const palette = await (await fetch("static/palette.json")).json();
+const [palette, observables] = await Promise.all(
+  ["palette", "observables"].map(async (name) => (await fetch(`static/${name}.json`)).json()),
+);
+addObservables(observables);
 const colours = new Colours(palette);
-let state = address.read(location.hash, STANDARD);
+const isBare = !location.hash && !isFramed;
+let state = STANDARD;
 let ofPoint = { lines: [], marks: [] }; // what the point draws into the plane
+let before = []; // the tiles that were in sight last, until those of another machine come
 let place = null; // where the pointer is on the canvas of the plane; null: elsewhere
 const GRAZE = Object.fromEntries(
   ["right", "left"].map((stop) => [stop, `Grazing curve: on it the steady motion just touches the ${stop} stop.`]),
 );
 const UNREAD = byId("reading").textContent;
+let rested = null; // where the pointer was last
 let errorText = "";
+let linkText = ""; // what is wrong with the link, until the next move
 let troubleText = "";
 
-const familyOf = (observables = []) => JSON.stringify([state.machine, state.plane, observables]);
+const familyOf = (observables = []) => JSON.stringify([state.machine, state.plane, observables, state.policy]);
 const family = () => familyOf(LAYERS[state.layer].observables);
 const domains = () => ({ x: parameter(state.plane.horizontal).domain, y: parameter(state.plane.vertical).domain });
 const levels = () => ({
@@ -68,23 +77,30 @@ function fail(error) {
 const tiles = new Tiles({ changed: () => refresh(), failed: fail });
 const curves = new Curves({ changed: () => refresh(), failed: fail, palette });
 const act = {
-  moved: (view) => change(view),
+  moved: (view) => {
+    story.end();
+    linkText = "";
+    change(view);
+  },
   resized: () => {
     ask();
     refresh();
   },
   settled: () => remember(),
   pick: (at, { byKey = false } = {}) => {
-    if (!plane.holds(at)) return;
+    if (!plane.holds(at) || !hasControl(state.embed, "point")) return;
     open(ofPixel(at));
     if (byKey) byId("point-name").focus();
   },
   point: (at) => {
     place = at;
     say();
+    live();
     orderAgain();
   },
   home: () => plane.go(first(), { now: true }),
+  // a page of others scrolls on over the plane until a press is on it
+  takesWheel: () => !isFramed || document.activeElement === plane.canvas,
   mayZoomIn: () => {
     const { x: across, y: up } = levels();
     return !across.ended && !up.ended && !roundOffDecides();
@@ -98,7 +114,16 @@ const point = new PointPanel({
     ofPoint = made;
     refresh();
   },
+  closed: () => {
+    state.at = null;
+    point.clear();
+    remember();
+    refresh();
+    plane.canvas.focus();
+  },
 });
+const living = new Living(byId("living"));
+const story = new Story({ changed: () => refresh() });
 // The window to begin with.
 function first() {
   if (isUsual(state.plane)) {
@@ -131,6 +156,8 @@ const pointForm = new PointForm({
     const { x: across, y: up } = domains();
     plane.go({ x: around(x, state.x, across), y: around(y, state.y, up) }, { now: true });
     open([x, y]);
+    byId("view-section").open = false;
+    byId("point-name").focus();
   },
 });
 const planeForm = new PlaneForm({
@@ -149,6 +176,22 @@ const planeForm = new PlaneForm({
     point.clear();
     plane.domains = domains();
     plane.go({ x: interval(next.horizontal), y: interval(next.vertical) }, { now: true });
+  },
+});
+let sliding = null;
+const sliders = new Sliders({
+  changed: (part) => {
+    Object.assign(state, part);
+    sliding ??= setTimeout(() => {
+      sliding = null;
+      change({});
+    }, SLIDE_AGAIN);
+  },
+  settled: () => {
+    form.show(state.machine);
+    change({});
+    remember();
+    if (state.at) openPanel();
   },
 });
 const legend = new Legend({ colours, names: NAMES, changed: () => refresh() });
@@ -174,9 +217,16 @@ function openPlace() {
   return placeOf(state.machine, state.plane, state.at ?? [x, y]).at;
 }
 
+// A window in the units of its axes.
+const inUnits = ({ x, y }) => ({
+  x: shown(state.machine, parameter(state.plane.horizontal).quantity, x),
+  y: shown(state.machine, parameter(state.plane.vertical).quantity, y),
+});
+
 // Shows a changed part of the state.
 function change(part) {
   Object.assign(state, part);
+  choose(state.units);
   plane.domains = domains();
   errorText = "";
   ask();
@@ -187,14 +237,28 @@ function ask() {
   const { x: across, y: up } = levels();
   const centre = place ? plane.value(place) : plane.centre;
   const { observables } = LAYERS[state.layer];
-  const { machine, plane: shown } = state;
-  tiles.show(
-    family(),
-    (across, up, preview) => requests.map(machine, shown, across, up, { preview, observables }),
-    tilesOf(state, across.exponent, up.exponent, centre, domains()),
-    domains(),
-  );
-  curves.show(state, domains());
+  const { machine, plane: shown, policy } = state;
+  const hurried = sliders.isMoving;
+  const request = (across, up, preview) => requests.map(machine, shown, across, up, { preview, observables, policy });
+  if (isSweep(policy)) askSweep(request);
+  else {
+    const wanted = tilesOf(state, across.exponent, up.exponent, centre, domains());
+    tiles.show(family(), request, wanted, domains(), { hurried });
+  }
+  if (!hurried) curves.show(state, domains());
+}
+
+// A sweep goes over the whole window, once that is settled.
+let sweeping = null;
+function askSweep(request) {
+  clearTimeout(sweeping);
+  sweeping = setTimeout(() => {
+    sweeping = null;
+    if (!isSweep(state.policy)) return;
+    const { x, y } = { x: address.endsOf(state.x), y: address.endsOf(state.y) };
+    tiles.showWhole(family(), request(partsOf(x), partsOf(y), false), { x, y }, POINTS);
+    refresh();
+  }, SWEEP_AFTER);
 }
 
 let ordering = null;
@@ -207,18 +271,30 @@ function orderAgain() {
 
 function remember() {
   tiles.forgive();
-  const hash = address.write(state, STANDARD);
-  if (hash !== location.hash) history.pushState(null, "", hash);
+  linkText = "";
+  const hash = address.write(state);
+  // the history of a frame is that of the page around it
+  if (hash !== location.hash) history[isFramed ? "replaceState" : "pushState"](null, "", hash);
+  showEmbedded();
   overview.show(state.machine, isUsual(state.plane) ? state : null);
 }
 
-// Shows what the address says.
-function restore() {
+const showEmbedded = () => showControls(state.embed, address.write({ ...state, embed: null }));
+
+// Shows what the address says, and completes it.
+async function restore() {
+  const { hash } = location;
+  const { state: next, faults } = await followed(hash, STANDARD);
+  if (hash !== location.hash) return;
   const old = state;
   const differs = (name) => JSON.stringify(old[name]) !== JSON.stringify(state[name]);
-  state = address.read(location.hash, STANDARD);
-  if (differs("machine")) form.show(state.machine);
+  state = { ...next };
+  linkText = faults.join(" ");
+  history.replaceState(null, "", address.write(state));
+  choose(state.units);
+  if (!plane.view || differs("machine") || differs("units")) form.show(state.machine);
   byId("layer").value = state.layer;
+  showPolicy();
   byId("curves").checked = state.curves === "all";
   byId("borders").checked = state.borders;
   planeForm.show(state);
@@ -226,8 +302,22 @@ function restore() {
   plane.view = { x: state.x, y: state.y };
   change({});
   if (!state.at) point.clear();
-  else if (differs("at") || differs("machine") || differs("plane")) openPanel();
+  else if (["at", "machine", "plane", "policy", "units"].some(differs)) openPanel();
   overview.show(state.machine, isUsual(state.plane) ? state : null);
+  showEmbedded();
+}
+
+// The units that were chosen, where numbers have some.
+function showUnits() {
+  byId("units").hidden = !isSI(state.machine);
+  for (const [quantity, unit] of Object.entries(state.units)) byId(`unit-${quantity}`).value = unit;
+}
+
+// The start that was chosen, and the layers that it has.
+function showPolicy() {
+  byId("policy").value = state.policy;
+  for (const option of byId("layer").options) option.disabled = !hasLayer(state.policy, LAYERS[option.value]);
+  byId("layer").value = state.layer;
 }
 
 // A point with the digits that a pixel has.
@@ -237,6 +327,7 @@ function ofPixel({ x, y }) {
 }
 
 function open(at) {
+  story.end();
   state.at = at;
   openPanel();
   remember();
@@ -251,8 +342,12 @@ const around = (value, [low, high], [least, most]) => {
 };
 
 function openPanel() {
-  byId("point-section").open = true;
-  point.show({ ...state, note: plane.markText({ x: state.at[0], y: state.at[1] }) });
+  if (!hasControl(state.embed, "point")) return;
+  if (innerHeight < ROOMY) byId("legend-section").open = false;
+  const [x, y] = state.at;
+  const here = state.policy === "rest" ? null : reading(seen(), x, y);
+  const start = here && `On the map, ${STARTS[state.policy].phrase}: ${here.label}. Below is the motion from rest.`;
+  point.show({ ...state, note: [start, plane.markText({ x, y })].filter(Boolean).join(" ") });
 }
 
 const seen = () => tiles.within(family(), state);
@@ -290,8 +385,10 @@ function show() {
     tile.image = paint(tile, state.layer, { hidden: legend.hidden, range, colours });
     tile.paintedAs = style;
   }
-  // the motions stand until other values come
-  const below = family() === familyOf() ? [] : tiles.within(familyOf(), state).filter(({ image }) => image);
+  // the motions stand until other values come, and a machine until another one does
+  const motionsBelow = family() === familyOf() ? [] : tiles.within(familyOf(), state).filter(({ image }) => image);
+  const below = motionsBelow.length ? motionsBelow : before;
+  if (seenTiles.length) before = seenTiles;
   const axis = (name) => named(parameter(name, state.machine).text, state.machine, parameter(name).quantity);
   const { horizontal, vertical } = state.plane;
   plane.scene = {
@@ -306,12 +403,23 @@ function show() {
     marks: [...curves.marks(), ...ofPoint.marks],
     at: state.at && { x: state.at[0], y: state.at[1] },
     names: { x: axis(horizontal), y: axis(vertical) },
+    inUnits,
   };
   plane.draw();
+  showUnits();
   pointForm.show(state);
   legend.show(state, motions, range);
-  legend.explain(plane.scene);
+  legend.explain(plane.scene, state);
+  story.look({
+    window: state,
+    centre: plane.centre,
+    line: curves.lines()[0],
+    labelAt: (x, y) => reading(seenTiles, x, y)?.label ?? null,
+    placeOf: (at) => plane.place(at),
+  });
+  sliders.show(state);
   say(seenTiles);
+  live(seenTiles);
 }
 
 // Where the steady motion touches a stop: of each tile where no finer one is over it.
@@ -339,30 +447,30 @@ const within = (value, [low, high]) => low <= value && value <= high;
 function say(seenTiles = seen()) {
   const { done, total, failed, waitingFor } = tiles.progress();
   const { x: across, y: up } = levels();
-  const parts = [troubleText, errorText];
+  const parts = [troubleText, linkText, errorText];
   if (choosing) parts.push("Computing the grazing curve of the machine.");
-  if (waitingFor) parts.push(`Waiting for ${waitingFor}.`);
+  if (!seenTiles.length && waitingFor) parts.push(`Waiting for ${waitingFor}.`);
+  else if (done < total || sweeping) parts.push("Refining …");
+  if (failed) parts.push(`${failed} of ${total} tiles failed.`);
+  if (seenTiles.length && STARTS[state.policy].means) parts.push(STARTS[state.policy].means);
   parts.push(...curves.pending().map((what) => `Computing ${what}.`));
-  parts.push(
-    done === total
-      ? `${total} tiles complete.`
-      : `${done} of ${total} tiles complete${failed ? `, ${failed} failed` : ""}.`,
-  );
+  Object.assign(byId("progress"), { max: total, value: done, className: done === total && !sweeping ? "done" : "" });
   if (across.ended || up.ended)
     parts.push("Double precision ends here: neighbouring points would be less than 64 roundings apart.");
   else if (roundOffDecides(seenTiles))
     parts.push("Round-off decides nearly all labels here: a closer look shows no more.");
+  byId("says").className = parts.slice(0, 3).some(Boolean) ? "wrong" : ""; // which has room on a phone too
   byId("says").textContent = parts.filter(Boolean).join(" ");
   if (!place) {
     byId("reading").textContent = UNREAD;
     return;
   }
   const at = plane.value(place);
-  const width = (interval) => interval[1] - interval[0];
   const value = (name, number, interval) => {
     const { text, quantity } = parameter(name, state.machine);
     const label = name === "omega" ? "ω =" : text;
-    return `${label} ${toRead(number, width(interval))}${unitOf(state.machine, quantity)}`;
+    const [read, low, high] = shown(state.machine, quantity, [number, ...interval]);
+    return `${label} ${toRead(read, high - low)}${unitOf(state.machine, quantity)}`;
   };
   const { horizontal, vertical } = state.plane;
   const values = `${value(horizontal, at.x, state.x)}, ${value(vertical, at.y, state.y)}`;
@@ -371,22 +479,47 @@ function say(seenTiles = seen()) {
   byId("reading").textContent = drawn ? `${values}: ${drawn}` : here ? `${values}: ${described(here)}` : values;
 }
 
-function described({ label, verified, sensitive, preview, reason, exponent, speed, power }) {
-  const unit = (quantity) => unitOf(state.machine, quantity);
+// Shows the machine of the point under the pointer, or of the middle of the plane, in its motion there.
+function live(seenTiles = seen()) {
+  if (choosing || !plane.view || (isPhone() && state.at)) return living.hide();
+  rested = place ?? (story.point && plane.place(story.point)) ?? rested ?? plane.middle;
+  const here = rested;
+  const value = plane.value(here);
+  if (!plane.holds(value)) return living.hide();
+  const known = reading(seenTiles, value.x, value.y);
+  const { machine, at } = placeOf(state.machine, state.plane, known?.at ?? ofPixel(value));
+  const isFromRest = known && state.policy === "rest"; // as the machine that is shown
+  living.show({
+    machine,
+    at,
+    colour: isFromRest ? colours.of(known.label).colour : palette.kinds.other,
+    text: isFromRest ? known.label : state.policy === "rest" ? "" : STARTS.rest.phrase,
+    place: here,
+    size: plane,
+  });
+}
+
+function described({ label, verified, sensitive, preview, reason, figures }) {
   const parts = [label];
   if (verified) parts.push("verified");
   else if (reason) parts.push(withoutRemedy(reason));
   else if (sensitive) parts.push("sensitive to round-off");
   if (preview) parts.push("preview");
-  if (Number.isFinite(exponent)) parts.push(`exponent ${toRead(exponent)}`);
-  if (Number.isFinite(speed)) parts.push(`minimum impact speed ${toRead(speed)}${unit("velocity")}`);
-  if (Number.isFinite(power)) parts.push(`dissipated power ${toRead(power)}${unit("power")}`);
+  if (state.policy !== "rest") parts.push(STARTS[state.policy].phrase);
+  for (const { layer, value } of figures)
+    parts.push(`${layer.text.toLowerCase()} ${withUnit(state.machine, layer.quantity, value)}`);
   return parts.join("; ");
 }
 
 serve({
   key: () =>
     new Promise((resolve) => {
+      if (isFramed) {
+        // a page of others might imitate the question, or lay something over it
+        troubleText = "This service needs a key: open its page by itself.";
+        refresh();
+        return;
+      }
       const dialog = byId("key-dialog");
       dialog.showModal();
       dialog.addEventListener("close", () => resolve(dialog.querySelector("input").value), { once: true });
@@ -398,12 +531,34 @@ serve({
   },
 });
 
-byId("legend-section").open = !isPhone(); // there it would stand between the plane and the point
-for (const [value, { text }] of Object.entries(LAYERS))
-  byId("layer").append(element("option", { value, textContent: text }));
+// on a phone the plane comes first
+for (const name of ["legend", "machine"]) byId(`${name}-section`).open = !isPhone();
+for (const [value, { text, description = "" }] of Object.entries(LAYERS))
+  byId("layer").append(element("option", { value, textContent: text, title: description }));
 byId("layer").addEventListener("change", ({ target }) => {
   change({ layer: target.value });
   remember();
+});
+for (const [quantity, units] of Object.entries(UNITS)) {
+  byId(`unit-${quantity}`).append(
+    ...Object.keys(units).map((unit) => element("option", { value: unit, textContent: unit })),
+  );
+  byId(`unit-${quantity}`).addEventListener("change", ({ target }) => {
+    change({ units: { ...state.units, [quantity]: target.value } });
+    form.show(state.machine);
+    planeForm.show(state);
+    remember();
+    if (state.at) openPanel();
+  });
+}
+for (const [value, { text, means = "" }] of Object.entries(STARTS))
+  byId("policy").append(element("option", { value, textContent: text, title: means }));
+byId("policy").addEventListener("change", ({ target: { value: policy } }) => {
+  const layer = hasLayer(policy, LAYERS[state.layer]) ? state.layer : STANDARD.layer;
+  change({ policy, layer });
+  showPolicy();
+  remember();
+  if (state.at) openPanel();
 });
 byId("curves").addEventListener("change", ({ target }) => {
   change({ curves: target.checked ? "all" : "grazing" });
@@ -419,7 +574,21 @@ byId("home").addEventListener("click", act.home);
 byId("point-section").addEventListener("keydown", ({ key }) => key === "Escape" && plane.canvas.focus());
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", refresh);
 addEventListener("popstate", restore);
+plane.canvas.addEventListener("pointerdown", () => story.end());
+byId("story-again").addEventListener("click", () => {
+  history.pushState(null, "", location.pathname);
+  restore();
+  byId("about-section").open = false;
+  story.begin();
+  byId("story-next").focus();
+});
+new Gallery({
+  addressOf: (at) => address.write({ ...STANDARD, ...at }),
+  decode: (buffer) => tiles.decode(buffer),
+  palette,
+});
 listJobs();
+arrangeMenus();
 offer(() => {
   const { x: across, y: up } = plane.centre;
   const middle = ({ x: [left, right], y: [low, high] }) =>
@@ -427,8 +596,21 @@ offer(() => {
   return {
     state,
     ...plane.scene,
+    marks: plane.marksApart,
+    image: plane.image(),
+    size: plane,
+    legend: legend.inSight,
+    lookOf: (label) => colours.of(label),
+    ranges: (most) => {
+      const { x: across, y: up } = levels();
+      if (isSweep(state.policy)) return { x: partsOf(address.endsOf(state.x)), y: partsOf(address.endsOf(state.y)) };
+      const side = Math.floor(Math.sqrt(most));
+      return {
+        x: pointsOf(state.x, across.exponent, domains().x, side),
+        y: pointsOf(state.y, up.exponent, domains().y, side),
+      };
+    },
     tiles: tiles.ofView().sort((tile, other) => middle(tile) - middle(other)),
-    canvas: byId("plane"),
   };
 });
 // The jobs that only this page waits for end with it; a page that comes back from the browser's cache asks again.
@@ -440,14 +622,12 @@ const asked = address.mapOf(location.hash);
 const stored = asked && (await storedMap(asked).catch((error) => error));
 if (asked) {
   const { machine, x, y } = stored;
-  const there = machine ? { ...STANDARD, machine: { ...STANDARD.machine, ...machine }, x, y } : STANDARD;
-  history.replaceState(null, "", address.write(there, STANDARD));
+  const { embed } = address.read(location.hash, STANDARD).state;
+  const there = machine ? { ...STANDARD, machine: { ...STANDARD.machine, ...machine }, x, y, embed } : STANDARD;
+  history.replaceState(null, "", address.write(there));
 }
-form.show(state.machine);
-restore();
-if (state.at) openPanel();
+await restore();
+if (isBare && !Story.wasSeen) story.begin();
 if (stored instanceof Error) fail(stored);
 else if (stored?.points)
-  tiles
-    .add({ ...stored, data: await stored.data(), name: `map ${asked}`, id: asked, family: familyOf() })
-    .catch(fail);
+  tiles.add({ ...stored, data: await stored.data(), name: `map ${asked}`, id: asked, family: familyOf() }).catch(fail);

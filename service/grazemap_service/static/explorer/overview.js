@@ -4,7 +4,7 @@ import { chart, extent, onDrag } from "./charts.js";
 import { byId, numberOf } from "./dom.js";
 import * as requests from "./requests.js";
 import { toRead } from "./ticks.js";
-import { named } from "./units.js";
+import { inSI, named, shown } from "./units.js";
 
 const POINTS = 801;
 const BELOW = 0.3;
@@ -27,7 +27,7 @@ export class Overview {
     byId("overview").addEventListener("submit", (event) => {
       event.preventDefault();
       const { from, to } = event.target.elements;
-      const ends = [numberOf(from), numberOf(to)];
+      const ends = [numberOf(from), numberOf(to)].map((value) => inSI(this.machine, "frequency", value));
       if (!ends.includes(null)) this.#choose(...ends);
     });
   }
@@ -64,7 +64,10 @@ export class Overview {
   }
 
   #draw(machine, view) {
-    const { x, y } = this.curve;
+    this.machine = machine;
+    const x = shown(machine, "frequency", this.curve.x);
+    const y = shown(machine, "length", this.curve.y);
+    const ends = view && shown(machine, "frequency", view.x);
     const { from, to } = byId("overview").elements;
     const drawn = chart({
       title: "Grazing curve over all frequencies; the lines are the ends of the window",
@@ -72,24 +75,23 @@ export class Overview {
       y: extent(y),
       names: { x: named("ω", machine, "frequency"), y: named("clearance", machine, "length") },
       series: [{ x, y, kind: "motion" }],
-      bars: (view?.x ?? [])
-        .filter((end) => x[0] < end && end < x[x.length - 1])
-        .map((end) => ({ x: end, kind: "end" })),
+      bars: (ends ?? []).filter((end) => x[0] < end && end < x[x.length - 1]).map((end) => ({ x: end, kind: "end" })),
     });
-    onDrag(drawn, extent(x, 0), (left, right) => this.#choose(left, right));
+    onDrag(drawn, extent(x, 0), (...part) => this.#choose(...part.map((value) => inSI(machine, "frequency", value))));
     byId("overview-chart").replaceChildren(drawn);
-    if (view) [from.value, to.value] = view.x.map((value) => toRead(value, view.x[1] - view.x[0]));
+    if (view) [from.value, to.value] = ends.map((value) => toRead(value, ends[1] - ends[0]));
   }
 
   // The window of a part of the frequencies, about the curve there; null without a curve there.
   window(from, to) {
     const { x, y } = this.curve ?? { x: [], y: [] };
     const step = x[1] - x[0];
+    const read = (omega) => toRead(shown(this.machine, "frequency", omega));
     const within = y.filter((value, k) => value > 0 && from - step < x[k] && x[k] < to + step);
     if (!within.length || !(from < to)) {
       byId("overview-says").textContent =
         from < to
-          ? `The curve has no point between these frequencies: it goes from ${toRead(x[0])} to ${toRead(x[x.length - 1])}.`
+          ? `The curve has no point between these frequencies: it goes from ${read(x[0])} to ${read(x.at(-1))}.`
           : "The first frequency must be below the second one.";
       return null;
     }

@@ -90,7 +90,7 @@ const scaledDamping = (damping, by) =>
     : scaled(damping, by);
 
 // An oscillator with a parameter at a value; factors are those of what it has.
-function withParameter(oscillator, name, value) {
+export function withParameter(oscillator, name, value) {
   const [, list, number] = listed(name) ?? [];
   if (list) return { ...oscillator, [list]: oscillator[list].with(number - 1, value) };
   if (name === "restitution") return { ...oscillator, restitution: value };

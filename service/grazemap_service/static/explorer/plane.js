@@ -1,18 +1,23 @@
 // The canvas of the plane: the window that it shows, and its picture of tiles, curves, marks and axes.
-import { axisName, ticks } from "./ticks.js";
+import { layout, paintAxes } from "./axes.js";
+import { isPhone } from "./dom.js";
 
-const MARGIN = { left: 66, right: 12, top: 10, bottom: 42 };
+// The strips with the axes, over the picture: widths of the one on the left and the one below, and the size of letters.
+const EDGES = { side: 60, strip: 26, font: 12 };
+const PHONE_EDGES = { side: 46, strip: 22, font: 10 };
+const STRIP_ALPHA = 0.8;
 const PALE = 0.35; // of the motions, until the values of another layer come
 const MARK = 10; // pixels within which marks cover one another, and a pointer is at one
 const SETTLED_AFTER = 250; // milliseconds without a further step, after which a window is a place in the history
 
 export class Plane {
   box = null; // the rectangle that is being dragged, { from, to }
+  #edges = EDGES;
   #settling = null;
-  #frame = null;
+  #drawing = null;
 
-  // `act` has moved(view), resized(), settled(view), pick(point), point(place on the canvas or null), home() and
-  // mayZoomIn().
+  // `act` has moved(view), resized(), settled(view), pick(point), point(place on the canvas or null), home(),
+  // takesWheel() and mayZoomIn().
   constructor(canvas, act) {
     Object.assign(this, { canvas, act, view: null, scene: {}, domains: null });
     new ResizeObserver(() => {
@@ -27,8 +32,12 @@ export class Plane {
     const { clientWidth, clientHeight } = this.canvas;
     this.canvas.width = Math.round(clientWidth * ratio);
     this.canvas.height = Math.round(clientHeight * ratio);
-    this.width = Math.max(1, clientWidth - MARGIN.left - MARGIN.right);
-    this.height = Math.max(1, clientHeight - MARGIN.top - MARGIN.bottom);
+    this.width = Math.max(1, clientWidth);
+    this.height = Math.max(1, clientHeight);
+    this.#edges = isPhone() ? PHONE_EDGES : EDGES;
+    for (const name of ["side", "strip"])
+      // what floats keeps clear of them
+      document.documentElement.style.setProperty(`--${name}`, `${this.#edges[name]}px`);
     this.draw();
   }
 
@@ -39,26 +48,29 @@ export class Plane {
 
   // The middle of the plane on the canvas.
   get middle() {
-    return { px: MARGIN.left + this.width / 2, py: MARGIN.top + this.height / 2 };
+    return { px: this.width / 2, py: this.height / 2 };
   }
 
   // Lengths on the canvas of values, and back.
   #px(x) {
-    return MARGIN.left + ((x - this.view.x[0]) / (this.view.x[1] - this.view.x[0])) * this.width;
+    return ((x - this.view.x[0]) / (this.view.x[1] - this.view.x[0])) * this.width;
   }
   #py(y) {
-    return MARGIN.top + ((this.view.y[1] - y) / (this.view.y[1] - this.view.y[0])) * this.height;
+    return ((this.view.y[1] - y) / (this.view.y[1] - this.view.y[0])) * this.height;
+  }
+  place({ x, y }) {
+    return { px: this.#px(x), py: this.#py(y) };
   }
   value({ px, py }) {
     const { x, y } = this.view;
     return {
-      x: x[0] + ((px - MARGIN.left) / this.width) * (x[1] - x[0]),
-      y: y[1] - ((py - MARGIN.top) / this.height) * (y[1] - y[0]),
+      x: x[0] + (px / this.width) * (x[1] - x[0]),
+      y: y[1] - (py / this.height) * (y[1] - y[0]),
     };
   }
 
   inside({ px, py }) {
-    return px >= MARGIN.left && px <= MARGIN.left + this.width && py >= MARGIN.top && py <= MARGIN.top + this.height;
+    return px >= 0 && px <= this.width && py >= 0 && py <= this.height;
   }
 
   holds({ x, y }) {
@@ -95,8 +107,8 @@ export class Plane {
   }
 
   draw() {
-    this.#frame ??= requestAnimationFrame(() => {
-      this.#frame = null;
+    this.#drawing ??= requestAnimationFrame(() => {
+      this.#drawing = null;
       if (this.view) this.#paint();
     });
   }
@@ -109,17 +121,30 @@ export class Plane {
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     pen.fillStyle = style.backgroundColor;
     pen.fillRect(0, 0, this.canvas.clientWidth, this.canvas.clientHeight);
-    pen.save();
-    pen.beginPath();
-    pen.rect(MARGIN.left, MARGIN.top, this.width, this.height);
-    pen.clip();
     this.#paintTiles(pen);
     for (const line of this.scene.lines ?? []) this.#paintLine(pen, line);
     for (const { mark } of this.#apart()) this.#paintMark(pen, mark);
     if (this.scene.at) this.#paintCross(pen, this.scene.at, ink);
     if (this.box) this.#paintBox(pen);
-    pen.restore();
+    pen.fillStyle = style.backgroundColor;
     this.#paintAxes(pen, ink);
+  }
+
+  // The tiles alone, as a canvas of the size of the plane.
+  image() {
+    const ratio = globalThis.devicePixelRatio || 1;
+    const canvas = new OffscreenCanvas(this.canvas.width, this.canvas.height);
+    const pen = canvas.getContext("2d");
+    pen.scale(ratio, ratio);
+    pen.fillStyle = "#FFFFFF";
+    pen.fillRect(0, 0, this.width, this.height);
+    this.#paintTiles(pen);
+    return canvas;
+  }
+
+  // The marks that are drawn: those that do not cover one another.
+  get marksApart() {
+    return this.#apart().map(({ mark }) => mark);
   }
 
   // The place of a tile on the canvas, in whole pixels: there are no seams.
@@ -224,35 +249,34 @@ export class Plane {
     pen.strokeRect(from.px, from.py, to.px - from.px, to.py - from.py);
   }
 
+  // The axes, on strips over the left and the lower edge of the picture.
   #paintAxes(pen, ink) {
-    const bottom = MARGIN.top + this.height;
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    const { side, strip, font } = this.#edges;
     const { names } = this.scene;
-    pen.strokeStyle = pen.fillStyle = ink;
-    pen.lineWidth = 1;
-    pen.font = "12px system-ui, sans-serif";
-    pen.strokeRect(MARGIN.left, MARGIN.top, this.width, this.height);
-    const across = ticks(this.view.x, Math.max(2, this.width / 110));
-    const up = ticks(this.view.y, Math.max(2, this.height / 60));
-    pen.textAlign = "center";
-    pen.textBaseline = "top";
-    for (const { value, text } of across.marks) {
-      pen.fillRect(this.#px(value) - 0.5, bottom, 1, 4);
-      const most = this.canvas.clientWidth - pen.measureText(text).width / 2 - 1;
-      pen.fillText(text, Math.min(this.#px(value), most), bottom + 6);
-    }
-    pen.fillText(axisName(names?.x ?? "", across), MARGIN.left + this.width / 2, bottom + 24);
-    pen.textAlign = "right";
-    pen.textBaseline = "middle";
-    for (const { value, text } of up.marks) {
-      pen.fillRect(MARGIN.left - 4, this.#py(value) - 0.5, 4, 1);
-      pen.fillText(text, MARGIN.left - 7, this.#py(value));
-    }
-    pen.save();
-    pen.translate(8, MARGIN.top + this.height / 2);
-    pen.rotate(-Math.PI / 2);
-    pen.textAlign = "center";
-    pen.fillText(axisName(names?.y ?? "", up), 0, 0);
-    pen.restore();
+    const bottom = height - strip;
+    pen.globalAlpha = STRIP_ALPHA;
+    pen.fillRect(0, 0, side, height);
+    pen.fillRect(side, bottom, width - side, strip);
+    pen.globalAlpha = 1;
+    pen.fillStyle = ink;
+    pen.font = `${font}px system-ui, sans-serif`;
+    const line = strip / 2 + 1;
+    paintAxes(
+      pen,
+      layout({
+        view: this.scene.inUnits?.(this.view) ?? this.view,
+        frame: { left: 0, right: this.width, top: 0, bottom: this.height },
+        clear: { left: side, bottom },
+        names: names ?? { x: "", y: "" },
+        suffix: " →",
+        places: { x: { x: width - 10, y: bottom + line, anchor: "end" }, y: { x: font / 2 + 2, y: bottom / 2 } },
+        gaps: { x: line, y: 7 },
+        most: { x: Math.max(2, width / 110), y: Math.max(2, height / 60) },
+        font,
+        measure: (text) => pen.measureText(text).width,
+      }),
+    );
   }
 
   #distance(point, other) {

@@ -1,6 +1,7 @@
 // The choice of the plane: its two parameters, and where the forcing frequency and the clearance are if they are not axes.
 import { byId, element, numberOf } from "./dom.js";
 import { namesOf, parameter } from "./parameters.js";
+import { entry, inSI, unitOf } from "./units.js";
 
 const AXES = ["horizontal", "vertical"];
 const FIXED = ["omega", "clearance"];
@@ -17,13 +18,15 @@ export class PlaneForm {
       // the axes change places where one is given the parameter of the other
       if (next.horizontal === next.vertical)
         Object.assign(next, { horizontal: plane.vertical, vertical: plane.horizontal });
-      const entered = FIXED.includes(target.name) && { [target.name]: numberOf(target) };
+      const number = FIXED.includes(target.name) ? numberOf(target) : undefined;
+      const inRequest = (value) => inSI(this.machine, parameter(target.name).quantity, value);
+      const entered = number !== undefined && { [target.name]: inRequest(number) };
       if (entered[target.name] !== null) chosen({ ...plane, ...next, ...entered });
     });
   }
 
   show({ machine, plane }) {
-    this.plane = plane;
+    Object.assign(this, { machine, plane });
     const names = namesOf(machine);
     for (const axis of AXES) {
       const options = names.map((name) =>
@@ -34,7 +37,9 @@ export class PlaneForm {
     }
     for (const name of FIXED) {
       byId(`fixed-${name}`).hidden = plane[name] === null;
-      this.form.elements[name].value = plane[name] ?? "";
+      const { quantity } = parameter(name);
+      this.form.elements[name].value = entry(machine, quantity, plane[name]);
+      byId(`fixed-${name}-unit`).textContent = unitOf(machine, quantity);
     }
   }
 }

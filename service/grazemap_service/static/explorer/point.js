@@ -2,25 +2,38 @@
 import { compute, isAborted } from "./api.js";
 import { Animation } from "./animation.js";
 import { chart, circle, extent } from "./charts.js";
-import { contactOf, stopsOf, withImpacts } from "./contact.js";
-import { byId, element, isPhone, swatch } from "./dom.js";
+import { stopsOf, withImpacts } from "./contact.js";
+import { byId, element, swatch } from "./dom.js";
 import { showBasins, showBranch, showCurves } from "./further.js";
+import { explain, showLonger, showOthers, verdictOf } from "./others.js";
 import { USUAL, parameter, placeOf } from "./parameters.js";
 import { withoutRemedy } from "./layers.js";
+import { isStill, moving } from "./moving.js";
 import * as requests from "./requests.js";
+import { knock } from "./sound.js";
 import { toRead } from "./ticks.js";
-import { named, unitOf } from "./units.js";
+import { entry, named, shown, unitOf } from "./units.js";
 
+const READ_DIGITS = 6; // of a number in another unit
 const PERIODS_SHOWN = 12;
+const HALF = { width: 160, height: 132 };
+const LOW = { width: 320, height: 110 };
 const least = (velocities) => (velocities.length ? Math.min(...velocities.map(Math.abs)) : null);
 
 export class PointPanel {
   #abort = new AbortController();
-  #animation = new Animation(byId("animation"));
+  #isLoud = false;
+  #animation = new Animation(byId("animation"), { hit: (share) => this.#isLoud && knock(share) });
 
-  // `colours` are those of motions; `drawn` is called with the { lines, marks } of the point in the plane.
-  constructor({ colours, drawn }) {
+  // `colours` are those of motions; `drawn` is called with the { lines, marks } of the point in the plane, `closed` when
+  // the point is closed.
+  constructor({ colours, drawn, closed }) {
     Object.assign(this, { colours, drawn });
+    byId("close-point").addEventListener("click", closed);
+    byId("sound").addEventListener("click", ({ target }) => {
+      this.#isLoud = !this.#isLoud;
+      target.setAttribute("aria-pressed", this.#isLoud);
+    });
     byId("play").addEventListener("click", () => this.#toggle());
     const ask = (name, what, show, result) =>
       byId(`ask-${name}`).addEventListener("click", async () => {
@@ -29,14 +42,15 @@ export class PointPanel {
       });
     ask("basins", "Basins", showBasins, "basins");
     ask("branch", "The branch", showBranch, "branch");
+    ask("others", "The motions", showOthers, "others");
+    ask("longer", "The motion", showLonger, "unresolved-longer");
     ask("curves", "The curves", showCurves, "own-curves");
   }
 
   clear() {
     this.#abort.abort();
     this.#animation.stop();
-    byId("point").hidden = true;
-    byId("no-point").hidden = false;
+    byId("point-section").hidden = true;
     this.inPlane = {};
     this.drawn({ lines: [], marks: [] });
   }
@@ -55,21 +69,26 @@ export class PointPanel {
     this.#abort = new AbortController();
     const { machine, at } = placeOf(state.machine, state.plane, state.at);
     Object.assign(this, { machine, at, state });
-    byId("point").hidden = false;
-    byId("no-point").hidden = true;
+    byId("point-section").hidden = false;
+    byId("point-section").scrollTop = 0;
     byId("basins").replaceChildren();
     byId("branch").replaceChildren();
+    byId("others").replaceChildren();
+    byId("unresolved").hidden = true;
+    byId("unresolved-longer").textContent = "";
     byId("own-curves").textContent = "";
     byId("pictures").hidden = true;
     const frequency = unitOf(machine, "frequency");
     const length = unitOf(machine, "length");
     const others = ["horizontal", "vertical"].flatMap((axis, k) => {
       const { name, text, quantity } = parameter(state.plane[axis], machine);
-      return Object.hasOwn(USUAL, name) ? [] : [`${text} ${state.at[k]}${unitOf(machine, quantity)}`];
+      return Object.hasOwn(USUAL, name)
+        ? []
+        : [`${text} ${entry(machine, quantity, state.at[k], READ_DIGITS)}${unitOf(machine, quantity)}`];
     });
     byId("point-place").textContent = [
-      `ω = ${at[0]}${frequency}`,
-      `${parameter("clearance", machine).text} ${at[1]}${length}`,
+      `ω = ${entry(machine, "frequency", at[0], READ_DIGITS)}${frequency}`,
+      `${parameter("clearance", machine).text} ${entry(machine, "length", at[1], READ_DIGITS)}${length}`,
       ...others,
     ].join(", ");
     byId("ask-branch").textContent = `Follow the branch over the ${parameter(state.plane.vertical, machine).text}`;
@@ -78,8 +97,6 @@ export class PointPanel {
     byId("multipliers").replaceChildren();
     this.orbit = null;
     byId("ask-branch").disabled = byId("ask-curves").disabled = true;
-    // below the plane, on a phone, it would move the plane away
-    if (!isPhone()) byId("point-name").scrollIntoView({ block: "nearest" });
     await this.#work("The motion", () => Promise.all([this.#trajectory(), this.#orbit()]));
   }
 
@@ -118,15 +135,21 @@ export class PointPanel {
     byId("point-name").replaceChildren(swatch(this.colours.of(label).colour, this.colours.of(label).image), label);
     byId("point-why").textContent = [why, this.state.note].filter(Boolean).join(" ");
     const stops = stopsOf(machine, at[1]);
-    const present = stops.filter((stop) => stop !== null);
-    const { time: times, q, v } = withImpacts(machine, path, stops);
-    const period = (2 * Math.PI) / at[0];
+    const { time: times, q: displacements, v } = withImpacts(machine, path, stops);
+    const q = shown(machine, "length", displacements);
+    const [left, right] = shown(machine, "length", stops);
+    const present = [left, right].filter((stop) => stop !== null);
+    const animated = moving(machine, at, path, this.colours.of(label).colour);
     const last = times.findLastIndex(
-      (time) => time <= Math.min(PERIODS_SHOWN, Math.max(4, 2 * (motion.period ?? 4))) * period + 1e-9,
+      (time) => time <= Math.max(4 * animated.period, Math.min(2 * animated.loop, times.at(-1))) + 1e-9,
     );
+    byId("pictures").hidden = false;
+    this.#animation.show(animated);
+    if (!isStill()) this.#animation.play();
     byId("portrait").replaceChildren(
       chart({
         title: "Phase portrait: velocity over displacement of the contact, with the stops",
+        size: HALF,
         x: extent([...q, ...present]),
         y: extent(v),
         names: { x: named("displacement", machine, "length"), y: named("velocity", machine, "velocity") },
@@ -135,13 +158,14 @@ export class PointPanel {
       }),
     );
     const { impacts } = path;
-    const place = (stop) => (stop > 0 ? stops[1] : stops[0]);
+    const place = (stop) => (stop > 0 ? right : left);
     byId("history").replaceChildren(
       chart({
         title: "Displacement of the contact over time, with its impacts",
+        size: LOW,
         x: [0, times[last]],
         y: extent([...q, ...present]),
-        names: { x: named("time", machine, "time"), y: named("displacement", machine, "length") },
+        names: { x: named("time", machine, "time"), y: named("contact", machine, "length") },
         series: [{ x: times.slice(0, last + 1), y: q.slice(0, last + 1), kind: "motion" }],
         bars: present.map((y) => ({ y, kind: "stop" })),
         dots: impacts.time.flatMap((time, k) =>
@@ -158,32 +182,15 @@ export class PointPanel {
         ),
       }),
     );
-    const chain = (machine.oscillator?.contact ?? 1) === 1 && !machine.oscillator?.matrices;
-    byId("pictures").hidden = false;
-    this.#animation.show({
-      time: path.time,
-      masses: chain ? path.displacement : [contactOf(machine, path.displacement)],
-      stops,
-      period,
-      colour: this.colours.of(label).colour,
-    });
-    if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.#animation.play();
     this.#name();
   }
 
   // The motion that a map names: it measures exponents, which tell chaos.
   async #ofMap() {
-    const { motion, motions, lyapunov, reason, reasons } = await this.compute(
-      "unfolding-maps",
-      requests.pointMap(this.machine, this.at),
-    );
-    const { label, kind } = motions[motion[0][0]];
-    const exponent = lyapunov?.[0]?.[0];
-    const measured = Number.isFinite(exponent) ? `Lyapunov exponent ${toRead(exponent)} per forcing period.` : "";
-    return {
-      label: label ?? kind,
-      why: [kind === "unresolved" && withoutRemedy(reasons[reason[0][0]] ?? ""), measured].filter(Boolean).join(" "),
-    };
+    const verdict = verdictOf(await this.compute("unfolding-maps", requests.pointMap(this.machine, this.at)));
+    const { label, exponent } = verdict;
+    explain(verdict, this.machine.periods);
+    return { label, why: exponent === null ? "" : `Lyapunov exponent ${toRead(exponent)} per forcing period.` };
   }
 
   async #orbit() {
@@ -209,7 +216,7 @@ export class PointPanel {
       ...rows.flatMap(([name, value]) => [element("dt", { textContent: name }), element("dd", { textContent: value })]),
     );
     byId("multipliers").replaceChildren(
-      ...(orbit.converged && orbit.multipliers?.length ? [circle(orbit.multipliers)] : []),
+      ...(orbit.converged && orbit.multipliers?.length ? [circle(orbit.multipliers, HALF)] : []),
     );
     this.orbit = orbit;
     byId("ask-branch").disabled = byId("ask-curves").disabled = !orbit.converged;

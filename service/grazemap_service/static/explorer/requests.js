@@ -2,6 +2,7 @@
 // only stop) or "unequal", where the clearance of the right stop varies and `left` is that of the left one.
 
 import { USUAL } from "./parameters.js";
+import { STATES } from "./starts.js";
 
 const NEXT = 1e-9; // of a value, to another one
 
@@ -43,11 +44,13 @@ function besideAxes(machine, { horizontal, vertical, clearance: fixed }) {
 }
 
 // A preview leaves motions open that settle late, which are few and take most of the time.
-export const map = (machine, plane, across, up, { preview, observables }) => ({
+export const map = (machine, plane, across, up, { preview, observables, policy = "rest" }) => ({
   ...over(machine, plane, across, up),
   max_periods: preview ? Math.ceil(machine.periods / 4) : machine.periods,
+  ...(policy !== "rest" && { policy }),
+  ...(policy === "ensemble" && { initial_conditions: STATES }),
   // the page does not show what a sample of other starts finds
-  ...(preview ? { preview } : { other_starts: 0 }),
+  ...(preview ? { preview } : policy === "rest" && { other_starts: 0 }),
   ...(observables && { observables }),
 });
 
@@ -68,6 +71,15 @@ export const pointMap = (machine, point) => {
   return { ...over(machine, USUAL, omega, clearance), max_periods: machine.periods };
 };
 
+// The motions to which random states at a point lead; of two values, as few as there may be, at the point and beside it.
+export const fractions = (machine, [omega, value], states) => ({
+  ...oscillatorOf(machine),
+  axis: { vary: "omega", values: [omega, omega * (1 + NEXT)] },
+  clearance: clearance(machine, value),
+  states,
+  max_periods: machine.periods,
+});
+
 // A map with its borders explained.
 export const borders = (machine, plane, across, up, points) => ({
   ...over(machine, plane, { ...ends(across), points }, { ...ends(up), points }),
@@ -77,11 +89,11 @@ export const borders = (machine, plane, across, up, points) => ({
 
 const at = (machine, [omega, value]) => ({ ...oscillatorOf(machine), omega, clearance: clearance(machine, value) });
 
-export const trajectory = (machine, point, { transient, periods }) => ({
+export const trajectory = (machine, point, { transient, periods, samples = 128 }) => ({
   ...at(machine, point),
   transient_periods: transient,
   periods,
-  samples_per_period: 128,
+  samples_per_period: samples,
 });
 
 export const orbit = (machine, point) => ({

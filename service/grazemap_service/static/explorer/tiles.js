@@ -44,29 +44,45 @@ export class Tiles {
     this.#decoding.delete(number);
   }
 
-  #decode(buffer) {
+  // What a map has as the arrays of a tile, from its npz.
+  decode(buffer, { observables = [] } = {}) {
     const number = this.#number++;
     return new Promise((resolve, reject) => {
       this.#decoding.set(number, (tile) => (tile ? resolve(tile) : reject(new Error("A map cannot be read."))));
-      this.#decoder.postMessage({ number, buffer }, [buffer]);
+      this.#decoder.postMessage({ number, buffer, observables }, [buffer]);
     });
   }
 
   // Tells what the view shows. Names tell the requests of one family of maps from those of others; no tile reaches beyond
   // the domains of the parameters.
-  show(family, requestOf, tiles, domains) {
+  // While a slider moves, only what a glance shows is `hurried` to the plane.
+  show(family, requestOf, tiles, domains, { hurried = false } = {}) {
     const steps = [];
     const step = (tile, points, preview) => {
       const name = `${family} ${tile.ex} ${tile.ey} ${tile.i} ${tile.j} ${points} ${preview}`;
-      if (!steps.some((other) => other.name === name)) steps.push({ name, family, tile, points, preview, requestOf });
+      if (steps.some((other) => other.name === name)) return;
+      const { ex, ey, i, j } = tile;
+      const request = () => requestOf(range(i, ex, points), range(j, ey, points), preview);
+      steps.push({ name, family, points, preview, request, x: bounds(i, ex), y: bounds(j, ey) });
     };
     const unseen = (levels) => tiles.filter((tile) => !this.#covered(family, tile, levels));
     unseen(GLANCE_LEVELS)
       .map((tile) => ancestor(tile, PREVIEW_LEVELS))
       .filter(({ ex, ey, i, j }) => isInside(bounds(i, ex), domains.x) && isInside(bounds(j, ey), domains.y))
       .forEach((tile) => step(tile, PREVIEW_POINTS, true));
-    unseen(PREVIEW_LEVELS).forEach((tile) => step(tile, PREVIEW_POINTS, true));
-    tiles.forEach((tile) => step(tile, POINTS, false));
+    if (!hurried) {
+      unseen(PREVIEW_LEVELS).forEach((tile) => step(tile, PREVIEW_POINTS, true));
+      tiles.forEach((tile) => step(tile, POINTS, false));
+    }
+    this.#want(steps);
+  }
+
+  // Tells that the view shows one map over its window, of as many points along each side.
+  showWhole(family, request, { x, y }, points) {
+    this.#want([{ name: `${family} ${x} ${y}`, family, points, preview: false, request: () => request, x, y }]);
+  }
+
+  #want(steps) {
     this.#wanted = steps;
     const names = new Set(steps.map(({ name }) => name));
     for (const [name, { abort }] of this.#running) if (!names.has(name)) abort.abort();
@@ -94,11 +110,11 @@ export class Tiles {
   }
 
   async #fetch(step) {
-    const { name, family, tile, points, preview, requestOf } = step;
+    const { name, family, points, preview, x, y } = step;
     const abort = new AbortController();
     const running = { abort };
     this.#running.set(name, running);
-    const request = requestOf(range(tile.i, tile.ex, points), range(tile.j, tile.ey, points), preview);
+    const request = step.request();
     const nearest = this.#wanted.find((other) => !other.preview && !this.#kept.has(other.name));
     const priority = preview ? PRIORITY.preview : step === nearest ? PRIORITY.nearest : PRIORITY.tile;
     try {
@@ -111,19 +127,9 @@ export class Tiles {
           this.changed();
         },
       });
-      const values = await this.#decode(data);
+      const values = await this.decode(data, request);
       if (preview) values.labels = values.labels.map((label) => (label === "unresolved" ? OPEN : label));
-      this.#keep({
-        ...values,
-        name,
-        family,
-        id,
-        request,
-        points,
-        preview,
-        x: bounds(tile.i, tile.ex),
-        y: bounds(tile.j, tile.ey),
-      });
+      this.#keep({ ...values, name, family, id, request, points, preview, x, y });
     } catch (error) {
       if (!isAborted(error)) {
         this.#failed.add(name);
@@ -137,7 +143,7 @@ export class Tiles {
 
   // Shows a map that is there already, until finer tiles come.
   async add({ data, ...map }) {
-    this.#keep({ ...(await this.#decode(data)), ...map, preview: false });
+    this.#keep({ ...(await this.decode(data, map.request)), ...map, preview: false });
     this.changed();
   }
 
@@ -167,9 +173,7 @@ export class Tiles {
   // The verified tiles of the view; of those that have not come, the points alone.
   ofView() {
     const full = this.#wanted.filter(({ preview }) => !preview);
-    return full.map(
-      ({ name, tile, points }) => this.#kept.get(name) ?? { points, x: bounds(tile.i, tile.ex), y: bounds(tile.j, tile.ey) },
-    );
+    return full.map(({ name, points, x, y }) => this.#kept.get(name) ?? { points, x, y });
   }
 
   // How many of the view's verified tiles are there, of how many; and what an unfinished job waits for.

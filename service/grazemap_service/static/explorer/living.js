@@ -1,0 +1,83 @@
+// The machine beside the pointer, in the motion of the point under it.
+import { compute, isAborted } from "./api.js";
+import { Animation } from "./animation.js";
+import { isStill, moving } from "./moving.js";
+import * as requests from "./requests.js";
+
+const APART = 60; // milliseconds between two questions
+const KEPT = 60; // answers
+const GAP = 18; // pixels from the pointer
+const SHOWN = { periods: 8, samples: 32 };
+
+export class Living {
+  #kept = new Map(); // request -> trajectory
+  #asking = null;
+  #next = null;
+  #last = 0;
+
+  // `figure` has a canvas and a caption.
+  constructor(figure) {
+    this.figure = figure;
+    this.animation = new Animation(figure.querySelector("canvas"));
+  }
+
+  hide() {
+    this.#next = null;
+    this.figure.hidden = true;
+    this.animation.stop();
+  }
+
+  // Shows a machine at [omega, clearance] beside a place on the canvas, in the colour and with the name of its motion.
+  show({ machine, at, colour, text, place, size }) {
+    this.#put(place, size);
+    this.figure.querySelector("figcaption").textContent = text;
+    this.#next = { machine, at, colour };
+    this.#ask();
+  }
+
+  #put({ px, py }, { width, height }) {
+    const { style } = this.figure;
+    this.figure.hidden = this.figure.hidden && !this.animation.time;
+    const { offsetWidth, offsetHeight } = this.figure;
+    const beside = (at, size, whole) => {
+      const there = at + GAP + size < whole ? at + GAP : at - GAP - size;
+      return `${Math.max(0, Math.min(there, whole - size))}px`;
+    };
+    style.left = beside(px, offsetWidth, width);
+    style.top = beside(py, offsetHeight, height);
+  }
+
+  async #ask() {
+    if (this.#asking || !this.#next) return;
+    const { machine, at, colour } = this.#next;
+    const request = requests.trajectory(machine, at, { transient: machine.periods, ...SHOWN });
+    const name = JSON.stringify(request);
+    this.#next = null;
+    const kept = this.#kept.get(name);
+    if (kept) this.#play(machine, at, kept, colour);
+    else {
+      this.#asking = new AbortController();
+      const wait = this.#last + APART - performance.now();
+      if (wait > 0) await new Promise((resolve) => setTimeout(resolve, wait));
+      this.#last = performance.now();
+      try {
+        if (!this.#next) {
+          const { data } = await compute("trajectories", request, { priority: 8, signal: this.#asking.signal });
+          this.#kept.set(name, data);
+          if (this.#kept.size > KEPT) this.#kept.delete(this.#kept.keys().next().value);
+          if (!this.#next) this.#play(machine, at, data, colour);
+        }
+      } catch (error) {
+        if (!isAborted(error)) this.hide(); // what is wrong is said where the plane's own questions fail
+      }
+      this.#asking = null;
+    }
+    this.#ask();
+  }
+
+  #play(machine, at, path, colour) {
+    this.figure.hidden = false;
+    this.animation.show(moving(machine, at, path, colour));
+    if (!isStill() && !this.animation.playing) this.animation.play();
+  }
+}

@@ -1,0 +1,26 @@
+// What an animation shows of a trajectory.
+import { contactOf, stopsOf } from "./contact.js";
+
+// `path` is a trajectory of a machine at [omega, clearance]; a periodic motion is repeated, another one is shown whole.
+export function moving(machine, at, path, colour) {
+  const { time, displacement, impacts, motion } = path;
+  const period = (2 * Math.PI) / at[0];
+  const whole = time[time.length - 1] - time[0];
+  const isChain = (machine.oscillator?.contact ?? 1) === 1 && !machine.oscillator?.matrices;
+  const repeats = motion.kind === "periodic" ? motion.period * period : whole;
+  return {
+    time,
+    masses: isChain ? displacement : [contactOf(machine, displacement)],
+    stops: stopsOf(machine, at[1]),
+    period,
+    loop: Math.min(whole, repeats),
+    impacts: impacts.time.map((moment, k) => ({
+      time: moment,
+      stop: impacts.stop[k],
+      speed: Math.abs(impacts.velocity[k]),
+    })),
+    colour,
+  };
+}
+
+export const isStill = () => matchMedia("(prefers-reduced-motion: reduce)").matches;

@@ -1,0 +1,79 @@
+// Other motions at an open point: those to which other starts lead, and the one that a longer watch names.
+import { byId, element, swatch } from "./dom.js";
+import { numbered } from "./labels.js";
+import { percent } from "./layers.js";
+import * as requests from "./requests.js";
+
+const STATES = 64;
+const LONGER = 10; // times as many forcing periods
+
+// The motions to which random states lead, [{ label, share }], the largest share first, and the share that none is
+// named for; of an answer about basin fractions, at its first value.
+export function motionsOf({ attractors, share, unresolved }) {
+  const names = numbered(attractors.map(({ label, kind }) => label ?? kind));
+  const motions = names.map((label, k) => ({ label, share: share[k][0] ?? 0 }));
+  const there = motions.filter((motion) => motion.share > 0).sort((motion, other) => other.share - motion.share);
+  return { motions: there, unresolved: unresolved[0] ?? 0 };
+}
+
+export async function showOthers(panel) {
+  const answer = await panel.compute("basin-fractions", requests.fractions(panel.machine, panel.at, STATES));
+  const { motions, unresolved } = motionsOf(answer);
+  const looks = panel.colours.together(
+    motions.map(({ label }) => label),
+    Infinity,
+  );
+  const text =
+    motions.length > 1
+      ? `${motions.length} motions exist side by side here. Of ${STATES} random states so many settle to each:`
+      : `All of ${STATES} random states that settle lead to one motion.`;
+  byId("others").replaceChildren(
+    element("p", { textContent: text }),
+    element(
+      "ul",
+      {},
+      ...motions.map(({ label, share }) => {
+        const { colour, image } = looks.get(label);
+        return element("li", {}, swatch(colour, image), `${label}: ${percent(share)}`);
+      }),
+      ...(unresolved ? [element("li", { textContent: `not decided: ${percent(unresolved)}` })] : []),
+    ),
+  );
+}
+
+// Reasons of the service that a person may not know the words of, by a part of them.
+export const PLAIN = {
+  "did not close":
+    "it has neither settled, nor been shown to be chaotic. It may settle later, or have a long period, or none",
+  "converges too slowly": "it is still settling, very slowly, as close to a bifurcation",
+  "an impact is so slow": "an impact is so gentle that it may be none in the long run: a graze is near",
+  "too many impacts": "it has too many impacts to follow: the contact chatters on a stop",
+};
+const plain = (reason) =>
+  Object.entries(PLAIN).find(([part]) => reason.includes(part))?.[1] ?? reason.replace(/\.$/, "");
+
+// What a map says of a point, { label, reason, remedy, exponent }: its motion, and of one that is not decided why not,
+// and what may help.
+export function verdictOf({ motion, motions, lyapunov, reason, reasons }) {
+  const { label, kind } = motions[motion[0][0]];
+  const [why, remedy = ""] = (kind === "unresolved" ? (reasons[reason[0][0]] ?? "") : "").split(/\.? Remedy: /s);
+  return { label: label ?? kind, reason: why, remedy, exponent: lyapunov?.[0]?.[0] ?? null };
+}
+
+// Says why no motion is named after so many forcing periods; nothing without a reason.
+export function explain({ reason, remedy }, periods) {
+  byId("unresolved").hidden = !reason;
+  if (!reason) return;
+  byId("unresolved-why").textContent = `After ${periods} forcing periods no motion can be named: ${plain(reason)}.`;
+  byId("unresolved-words").textContent = `In the service’s words: ${reason}${remedy && `; what may help: ${remedy}`}`;
+  byId("ask-longer").textContent = `Watch ${LONGER * periods} forcing periods here`;
+}
+
+export async function showLonger(panel) {
+  const { machine } = panel;
+  const longer = { ...machine, periods: LONGER * machine.periods };
+  const verdict = verdictOf(await panel.compute("unfolding-maps", requests.pointMap(longer, panel.at)));
+  byId("unresolved-longer").textContent = verdict.reason
+    ? `After ${longer.periods} forcing periods it is not decided either.`
+    : `After ${longer.periods} forcing periods it is ${verdict.label}.`;
+}

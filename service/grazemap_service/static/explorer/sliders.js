@@ -1,0 +1,103 @@
+// Sliders for what a machine has beside the axes of the plane.
+import { byId, element } from "./dom.js";
+import { complete, namesOf, parameter, valueOf, withParameter } from "./parameters.js";
+import { unitOf, withUnit } from "./units.js";
+
+const SHOWN = ["restitution", "damping", "forcing", "omega", "clearance", "clearance_left"];
+const OF_PLANE = ["omega", "clearance"];
+const STEPS = 200;
+const DOUBLINGS = 2; // of a positive value, to either side
+
+export class Sliders {
+  #of = null; // the machine to which factors refer
+  #values = {};
+  isMoving = false;
+
+  // `changed({ machine, plane })` is called while a slider moves, and `settled()` after it.
+  constructor({ changed, settled }) {
+    Object.assign(this, { changed });
+    this.form = byId("sliders");
+    this.form.addEventListener("input", ({ target }) => {
+      this.isMoving = true;
+      this.#move(target);
+    });
+    this.form.addEventListener("change", () => {
+      this.isMoving = false;
+      settled();
+    });
+  }
+
+  // Shows the values of a state of the page; its machine is the one to which factors refer unless a slider made it.
+  show({ machine, plane }) {
+    if (machine !== this.made) Object.assign(this, { made: machine }).#begin(machine);
+    const shown = JSON.stringify([
+      this.#of,
+      plane,
+      ...OF_PLANE.map((name) => unitOf(machine, parameter(name).quantity)),
+    ]);
+    if (this.isMoving || shown === this.shown) return; // so that a slider keeps the focus
+    this.shown = shown;
+    const axes = [plane.horizontal, plane.vertical];
+    const names = ["omega", "clearance", ...namesOf(machine)];
+    this.plane = plane;
+    const sliders = SHOWN.filter((name) => names.includes(name) && !axes.includes(name)).filter(
+      (name) => !OF_PLANE.includes(name) || plane[name] !== null,
+    );
+    this.form.replaceChildren(...sliders.map((name) => this.#slider(name)));
+  }
+
+  #begin(machine) {
+    this.#of = machine;
+    this.#values = {};
+    this.shown = null; // what a slider has moved is not that machine's
+  }
+
+  #value(name) {
+    const own = OF_PLANE.includes(name) ? this.plane[name] : valueOf(this.#of, name, []);
+    return this.#values[name] ?? own;
+  }
+
+  // The value of a position from 0 to 1: over the domain of a share, else in doublings about the value at first.
+  #at(name, position) {
+    const [low, high] = parameter(name).domain;
+    if (high === 1) return low + position * (high - low);
+    return this.#first(name) * 2 ** (DOUBLINGS * (2 * position - 1));
+  }
+  #position(name, value) {
+    if (parameter(name).domain[1] === 1) return value;
+    return 0.5 + Math.log2(value / this.#first(name)) / (2 * DOUBLINGS);
+  }
+  #first(name) {
+    return OF_PLANE.includes(name) ? this.plane[name] : valueOf(this.#of, name, []);
+  }
+
+  #slider(name) {
+    const { text } = parameter(name, this.#of);
+    const position = Math.round(STEPS * this.#position(name, this.#value(name)));
+    const input = element("input", { type: "range", name, min: 0, max: STEPS, value: position });
+    const output = element("output", { textContent: this.#text(name) });
+    input.setAttribute("aria-valuetext", this.#text(name));
+    return element("label", {}, text, output, input);
+  }
+
+  #text(name) {
+    const { quantity, factor } = parameter(name, this.#of);
+    return `${factor ? "× " : ""}${withUnit(this.#of, quantity, this.#value(name))}`;
+  }
+
+  #move(input) {
+    const { name } = input;
+    const value = Number(this.#at(name, input.value / STEPS).toPrecision(3));
+    this.#values[name] = value;
+    input.setAttribute("aria-valuetext", this.#text(name));
+    input.parentElement.querySelector("output").textContent = this.#text(name);
+    if (OF_PLANE.includes(name)) return this.changed({ plane: { ...this.plane, [name]: value } });
+    const made = Object.entries(this.#values).filter(([other]) => !OF_PLANE.includes(other));
+    const left = this.#values.clearance_left ?? this.#of.left;
+    const oscillator = made
+      .filter(([other]) => other !== "clearance_left")
+      .reduce((changing, [other, number]) => withParameter(changing, other, number), complete(this.#of.oscillator));
+    this.made = { ...this.#of, oscillator, left };
+    return this.changed({ machine: this.made });
+  }
+}

@@ -1,0 +1,90 @@
+"""Sliders of the machine: the plane follows them in previews, and what is released is computed and kept."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+import numpy as np
+import pytest
+from playwright.sync_api import Page, expect
+
+from tests.support.explorer_page import USUAL, WAIT, answered, picture, place, reading, show, soon, verified
+from tests.support.watched_page import Watched
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
+
+# where 1-1r-1l, above, gives way to 1-2r-2l: at another restitution elsewhere
+WINDOW = "omega=0.265625..0.28125&clearance=1.5625..1.75"
+AT = (0.273, 1.7)
+
+
+def restitution(page: Page) -> float:
+    """Return the value beside the slider."""
+    return float(page.locator("#sliders label:has([name=restitution]) output").inner_text())
+
+
+def recoloured(before: Any, after: Any) -> float:
+    """Return the share of a picture that has one of the motions' colours, but another than before."""
+    colours, counts = np.unique(before.reshape(-1, 3), axis=0, return_counts=True)
+    motions = colours[np.argsort(-counts)[:2]]  # not those of before, pale, which stand until others come
+    is_motion = np.any([np.all(after == colour, axis=2) for colour in motions], axis=0)
+    return float(np.mean(is_motion & np.any(after != before, axis=2)))
+
+
+def test_a_slider_recolours_the_plane_and_what_is_released_is_kept(small: Watched, url: str) -> None:
+    page = show(small, url, WINDOW)
+    slider = page.locator("#sliders [name=restitution]")
+    box = slider.bounding_box()
+    assert box is not None
+    first, asked = picture(page), len(small.posted("unfolding-maps"))
+    before = restitution(page)
+    # the thumb is held at another value, and then moved on
+    page.mouse.move(box["x"] + before * box["width"], box["y"] + box["height"] / 2)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.6 * box["width"], box["y"] + box["height"] / 2, steps=4)
+    soon(page, lambda: recoloured(first, picture(page)) > 0.02)
+    moved = small.posted("unfolding-maps")[asked:]
+    assert all(body.get("preview") for body in moved)
+    assert {body["oscillator"]["restitution"] for body in moved} != {before}
+    page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + box["height"] / 2, steps=2)
+    page.mouse.up()
+    kept = restitution(page)
+    assert kept < before
+    expect(page).to_have_url(re.compile("machine="))
+    machine = json.loads(parse_qs(urlsplit(page.url).fragment)["machine"][0])
+    assert machine["oscillator"]["restitution"] == kept
+    verified(page)
+    asked_of = {
+        "oscillator": machine["oscillator"],
+        "omega": [AT[0], AT[0] + 1e-3],
+        "clearance": [AT[1], AT[1] + 1e-3],
+        "max_periods": 400,
+    }
+    umap = answered(url, "unfolding-maps", asked_of)
+    label = umap["motions"][umap["motion"][0][0]]["label"]
+    assert f": {label}; verified" in reading(page, place(page, *AT))
+    # the history has the machine before, and the one that was released, not those between
+    page.go_back()
+    expect(page).not_to_have_url(re.compile("machine="))
+    soon(page, lambda: restitution(page) == before)
+    assert float(slider.input_value()) / float(slider.get_attribute("max") or 1) == pytest.approx(before)
+    verified(page)
+    soon(page, lambda: np.mean(np.any(picture(page) != first, axis=2)) < 0.05)  # rare motions may have other colours
+    page.go_forward()
+    soon(page, lambda: restitution(page) == kept)
+
+
+def test_a_slider_follows_keys_and_moves_the_open_point_too(small: Watched, url: str) -> None:
+    page = show(small, url, f"{USUAL}&at=0.27,1.5", wait=False)
+    expect(page.locator("#point-name")).to_have_text("1-2r-2l", timeout=WAIT)
+    slider = page.locator("#sliders [name=restitution]")
+    slider.focus()
+    page.keyboard.press("ArrowLeft")
+    expect(page).to_have_url(re.compile("machine="))
+    value = restitution(page)
+    assert slider.get_attribute("aria-valuetext") == str(value)
+    soon(page, lambda: small.posted("periodic-orbits")[-1].get("oscillator", {}).get("restitution") == value)
+    expect(slider).to_be_focused()
