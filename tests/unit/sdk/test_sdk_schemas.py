@@ -35,7 +35,7 @@ def test_every_process_has_a_class_of_its_result() -> None:
 def test_objects_have_the_attributes_of_their_schemas(schema: RecordSchema) -> None:
     for record in records(schema):
         assert dataclasses.is_dataclass(record.kind)
-        of_the_client = {"meta", "_document", "_oscillator", "_shown_units"}
+        of_the_client = {"meta", "_document", "_oscillator", "_service", "_shown_units"}
         own = {attribute.name for attribute in dataclasses.fields(record.kind)} - of_the_client
         assert own == {entry.name for entry in record if not entry.stored_only}
         assert all(f"\n{name} : " in (record.kind.__doc__ or "") for name in own)
