@@ -179,7 +179,7 @@ def test_the_machine_at_a_point_is_that_of_the_api(small: Watched, url: str) -> 
 def test_the_power_is_asked_for_with_the_tiles_and_is_that_of_the_api(small: Watched, url: str) -> None:
     page = show(small, url, "omega=0.28125..0.296875&clearance=1.75..1.8125")
     label = point_at(page, 0.29, 1.78).partition(": ")[2].partition(";")[0]
-    page.locator("#layer").select_option("power")
+    page.locator("#layer").select_option("dissipated_power")
     expect(page.locator("#ramp-text")).to_have_text(re.compile("^Dissipated power: 0 to "), timeout=WAIT)
     verified(page)
     request = small.posted("unfolding-maps")[-1]

@@ -97,7 +97,8 @@ export class Curves {
   show({ machine, plane, x, y, curves, borders }, domains) {
     const family = JSON.stringify([machine, plane]);
     if (this.family !== family) {
-      this.#kept.clear();
+      // the grazing curve stands until the one of the next machine comes, as the plane does
+      for (const name of Object.keys(WHAT)) if (name !== "graze") this.#forget(name);
       for (const what of Object.keys(this.wanted)) this.#leave(what);
     }
     this.family = family;
@@ -111,6 +112,10 @@ export class Curves {
     );
     this.#ask("borders", borders, () => requests.borders(machine, plane, across, up, BORDER_POINTS));
     Object.assign(this, { left: machine.left, up });
+  }
+
+  #forget(what) {
+    for (const name of [...this.#kept.keys()]) if (name.startsWith(`${what} `)) this.#kept.delete(name);
   }
 
   #ask(what, asked, requestOf) {
@@ -146,7 +151,10 @@ export class Curves {
       this.#kept.set(name, { ...data, id });
       if (this.#kept.size > KEPT) this.#kept.delete(this.#kept.keys().next().value);
     } catch (error) {
-      if (!isAborted(error)) this.failed(error);
+      if (!isAborted(error)) {
+        this.#forget(what);
+        this.failed(error);
+      }
     }
     if (this.#abort.get(what) === abort) this.#abort.delete(what);
     this.changed();

@@ -245,7 +245,7 @@ function ask() {
     const wanted = tilesOf(state, across.exponent, up.exponent, centre, domains());
     tiles.show(family(), request, wanted, domains(), { hurried });
   }
-  if (!hurried) curves.show(state, domains());
+  curves.show(hurried ? { ...state, curves: "grazing", borders: false } : state, domains());
 }
 
 // A sweep goes over the whole window, once that is settled.
