@@ -33,6 +33,7 @@ def places(page: Page) -> list[dict[str, Any]]:
 
 def opened(page: Page, url: str) -> Page:
     page.goto(f"{url}/#omega=0.25..0.28125&clearance=2..2.25")
+    expect(page.locator("#layer option").first).to_be_attached()  # the page answers from then on
     page.locator("#open-gallery").click()
     expect(page.locator("#gallery")).to_be_visible()
     return page
@@ -50,6 +51,7 @@ def test_a_place_shows_what_its_card_promises(visitor: Watched, url: str, number
     state = {name: value for name, [value] in parse_qs(urlsplit(page.url).fragment).items()}
     assert [*map(float, state["omega"].split(".."))] == place["x"]
     assert state.get("layer") == place.get("layer")
+    expect(page.locator("#layer")).to_have_value(place.get("layer", "motion"))
     page.locator("#layer").select_option("motion")
     assert place["shows"]
 

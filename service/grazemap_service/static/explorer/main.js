@@ -270,6 +270,7 @@ function orderAgain() {
 }
 
 function remember() {
+  if (following !== null) return;
   tiles.forgive();
   linkText = "";
   const hash = address.write(state);
@@ -281,11 +282,15 @@ function remember() {
 
 const showEmbedded = () => showControls(state.embed, address.write({ ...state, embed: null }));
 
+let following = null; // the address that is about to be shown: what changes meanwhile does not replace it
+
 // Shows what the address says, and completes it.
 async function restore() {
   const { hash } = location;
+  following = hash;
   const { state: next, faults } = await followed(hash, STANDARD);
   if (hash !== location.hash) return;
+  following = null;
   const old = state;
   const differs = (name) => JSON.stringify(old[name]) !== JSON.stringify(state[name]);
   state = { ...next };
