@@ -94,8 +94,9 @@ const act = {
   },
   point: (at) => {
     place = at;
-    say();
-    live();
+    const seenTiles = seen();
+    say(seenTiles);
+    live(seenTiles);
     orderAgain();
   },
   home: () => plane.go(first(), { now: true }),
@@ -485,7 +486,7 @@ function say(seenTiles = seen()) {
 }
 
 // Shows the machine of the point under the pointer, or of the middle of the plane, in its motion there.
-function live(seenTiles = seen()) {
+function live(seenTiles) {
   if (choosing || !plane.view || (isPhone() && state.at)) return living.hide();
   rested = place ?? (story.point && plane.place(story.point)) ?? rested ?? plane.middle;
   const here = rested;

@@ -53,8 +53,7 @@ export class Sliders {
   }
 
   #value(name) {
-    const own = OF_PLANE.includes(name) ? this.plane[name] : valueOf(this.#of, name, []);
-    return this.#values[name] ?? own;
+    return this.#values[name] ?? this.#first(name);
   }
 
   // The value of a position from 0 to 1: over the domain of a share, else in doublings about the value at first.

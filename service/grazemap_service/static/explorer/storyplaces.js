@@ -5,7 +5,7 @@ const STEPS = 40; // of the part of a window in which regions are looked for, al
 const along = ([low, high], share) => low + share * (high - low);
 
 // A value of a line at x, between its points, which rise; null where it has none.
-export function valueAt({ x: xs, y: ys }, x) {
+function valueAt({ x: xs, y: ys }, x) {
   const k = xs.findIndex((right) => right >= x);
   if (k < 1) return null;
   return ys[k - 1] + ((x - xs[k - 1]) / (xs[k] - xs[k - 1])) * (ys[k] - ys[k - 1]);
