@@ -334,6 +334,18 @@ lint: $(TOOLS_STAMP)  #: check style, spelling, import contracts, import circles
 types: $(TOOLS_STAMP)  #: check types with mypy, strict
 	$(BIN)/mypy
 
+# the page has no build step: node only checks its sources
+PAGE := service/grazemap_service/static
+PAGE_TOOLS := .cache/page
+IN_PAGE_TOOLS := $(PAGE_TOOLS)/node_modules/.bin
+lint-page:  #: check the style and the types of the page's sources, with node and npm's packages (half a minute)
+	@mkdir -p $(PAGE_TOOLS)
+	cp tools/page/package.json tools/page/eslint.config.js $(PAGE_TOOLS)
+	cd $(PAGE_TOOLS) && npm install --no-audit --no-fund --silent
+	$(IN_PAGE_TOOLS)/eslint --config $(PAGE_TOOLS)/eslint.config.js --max-warnings 0 $(PAGE)
+	$(IN_PAGE_TOOLS)/prettier --print-width 120 --log-level warn --check '$(PAGE)/**/*.{js,css}'
+	$(IN_PAGE_TOOLS)/tsc --project tools/page/tsconfig.json
+
 chromium:
 	@test -x /usr/bin/chromium || { echo "chromium is missing: installing the Debian package"; apt-get update -qq && apt-get install -y -qq chromium; }
 

@@ -22,6 +22,7 @@ PAGE = ROOT / "tests" / "slow" / "checks.md"
 TARGETS = (
     "lint",
     "types",
+    "lint-page",
     "test",
     "test-native",
     "test-portable",

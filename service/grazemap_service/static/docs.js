@@ -43,6 +43,7 @@ function ResolvePartAlone({ fn: { resolveSubtree } }) {
   };
 }
 
+/* global SwaggerUIBundle */
 SwaggerUIBundle({
   url: "openapi.json",
   dom_id: "#swagger-ui",

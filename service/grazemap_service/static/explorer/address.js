@@ -14,6 +14,7 @@ const MOST_PERIODS = 1e6;
 const LONGEST = 40; // characters of a wrong part that are repeated
 
 // What an address means that does not say a part, whatever the page begins with.
+/** @type {Omit<State, "x" | "y">} */
 export const UNSAID = {
   plane: USUAL,
   layer: "motion",
@@ -173,6 +174,7 @@ export const mapOf = (hash) => new URLSearchParams(hash.replace(/^#/, "")).get("
 
 // The state that an address says, and its faults in words. What it says wrongly is that of `standard`, as is the window
 // that it does not say; an empty address says `standard`.
+/** @param {string} hash  @param {State} standard  @returns {{ state: State, faults: string[] }} */
 export function read(hash, standard) {
   if (hash.length < 2) return { state: standard, faults: [] };
   const parts = new Parts(hash);
@@ -208,9 +210,11 @@ export function read(hash, standard) {
 }
 
 // The ends of a window as an address says them.
-export const endsOf = ([low, high]) => [low, high].map((value) => rounded(value, SHARE * (high - low)));
+/** @type {(interval: Interval) => Interval} */
+export const endsOf = ([low, high]) => [rounded(low, SHARE * (high - low)), rounded(high, SHARE * (high - low))];
 
 // The whole state; what it leaves out is as UNSAID has it.
+/** @param {State} state */
 export function write({ x, y, plane, layer, policy, units, curves, borders, at, embed, machine }) {
   const { horizontal, vertical, ...fixed } = plane;
   const query = new URLSearchParams({
@@ -218,11 +222,11 @@ export function write({ x, y, plane, layer, policy, units, curves, borders, at, 
     [horizontal]: written(endsOf(x)),
     [vertical]: written(endsOf(y)),
   });
-  for (const [name, value] of Object.entries(fixed)) if (value !== null) query.set(name, value);
+  for (const [name, value] of Object.entries(fixed)) if (value !== null) query.set(name, `${value}`);
   if (layer !== UNSAID.layer) query.set("layer", layer);
   if (policy !== UNSAID.policy) query.set("policy", policy);
-  const read = Object.values(units).join(",");
-  if (read !== Object.values(UNSAID.units).join(",")) query.set("units", read);
+  const inUnits = Object.values(units).join(",");
+  if (inUnits !== Object.values(UNSAID.units).join(",")) query.set("units", inUnits);
   if (curves !== UNSAID.curves) query.set("curves", curves);
   if (borders) query.set("borders", "explained");
   if (at) query.set("at", at.join(","));

@@ -8,9 +8,11 @@ export class Animation {
   #began = 0;
   #before = 0;
 
+  /** @param {HTMLCanvasElement} canvas  @param {{ hit?: (share: number) => void }} [act] */
   // `hit(share)` is called at each impact with its speed over the fastest one, while the animation plays.
   constructor(canvas, { hit = () => {} } = {}) {
-    Object.assign(this, { canvas, hit });
+    this.canvas = canvas;
+    this.hit = hit;
   }
 
   // `masses` are the displacements [mass][time] that are drawn; `stops` are [left, right], null where absent, and those
@@ -19,7 +21,13 @@ export class Animation {
     const wasPlaying = this.playing;
     this.stop();
     const sizes = [...stops.filter((stop) => stop !== null), ...masses.flat()].map(Math.abs);
-    Object.assign(this, { time, masses, stops, period, loop, impacts, colour });
+    this.time = time;
+    this.masses = masses;
+    this.stops = stops;
+    this.period = period;
+    this.loop = loop;
+    this.impacts = impacts;
+    this.colour = colour;
     this.scale = 0.4 / (sizes.reduce((most, size) => Math.max(most, size), 0) || 1);
     this.fastest = impacts.reduce((most, { speed }) => Math.max(most, speed), 0) || 1;
     this.#draw(time[0]);

@@ -60,8 +60,10 @@ async function answerTo(path, options) {
 
 // The answer to a request; waits while the service is busy or away. Throws a Problem for every other answer of 400 or
 // more.
+/** @param {string} path  @param {Sending} [options]  @returns {Promise<Response>} */
 export async function send(path, { method = "GET", headers = {}, body, signal, keepalive } = {}) {
   for (;;) {
+    /** @type {Record<string, string>} */
     const all = { "Grazemap-Client": asker, ...headers };
     if (key) all.Authorization = `Bearer ${key}`;
     if (body !== undefined) all["Content-Type"] = "application/json";
@@ -106,6 +108,7 @@ export function cancel(id) {
 
 // The result of a process, { id, data }: data is an ArrayBuffer (npz) or what the JSON says. An aborted `signal` gives
 // the job up. `onJob` is called with each state of the job before its end.
+/** @param {string} process  @param {object} request  @param {Asking} [how]  @returns {Promise<{ id: string, data: any }>} */
 export async function compute(process, request, { npz = false, priority, signal, onJob } = {}) {
   const headers = {
     Accept: npz ? NPZ : "application/json",

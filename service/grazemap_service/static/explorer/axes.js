@@ -6,6 +6,7 @@ const TICK = 4; // pixels of a tick beyond the frame
 const APART = 8; // pixels between a text and a name on its line
 
 // Lengths of values in a frame.
+/** @param {View} view  @param {Box} frame */
 export function scales({ x, y }, { left, right, top, bottom }) {
   return {
     px: (value) => left + ((value - x[0]) / (x[1] - x[0])) * (right - left),
@@ -89,6 +90,7 @@ export function drawnAxes({ ticks: strokes, texts }, attributes = {}) {
 }
 
 // The d of an SVG path through points, of which null is a gap; `px` and `py` are lengths of values.
+/** @param {{ x: number[], y: (number | null)[] }} line  @param {{ px: (x: number) => number, py: (y: number) => number }} scales */
 export function path({ x, y }, { px, py }) {
   let drawn = "";
   let lifted = true;

@@ -8,6 +8,7 @@ import * as requests from "./requests.js";
 const mapOf = ({ machine, plane, layer, policy }, { x, y }) =>
   requests.map(machine, plane, x, y, { observables: LAYERS[layer].observables, policy });
 
+/** @param {State} state  @param {{ x: PointValues, y: PointValues }} ranges  @param {string} address */
 export function asCurl(state, ranges, address) {
   const body = JSON.stringify(mapOf(state, ranges)).replaceAll("'", "'\\''");
   const headers = "-H 'Content-Type: application/json' \\\n  -H 'Prefer: wait=30, return=representation'";
@@ -59,6 +60,7 @@ function drawing({ layer }, over) {
   ];
 }
 
+/** @param {State} state  @param {{ x: PointValues, y: PointValues }} ranges  @param {string} address */
 export function asPython(state, ranges, address) {
   const fields = Object.entries(state.machine.oscillator ?? {})
     .map(([name, value]) => `${name}=${python(value)}`)

@@ -3,6 +3,7 @@ import { complete } from "./parameters.js";
 import { clearance } from "./requests.js";
 
 // The contact coordinate of displacements [mass][time].
+/** @param {Machine} machine  @param {number[][]} displacement */
 export function contactOf({ oscillator }, displacement) {
   const contact = oscillator?.contact ?? 1;
   if (Array.isArray(contact))

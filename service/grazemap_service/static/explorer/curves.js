@@ -19,6 +19,7 @@ export const NAMES = {
 };
 
 // The dyadic interval of at most eight parts that contains an interval, inside a domain.
+/** @param {Interval} interval  @param {Interval} domain  @returns {Interval} */
 export function around([low, high], domain) {
   const exponent = Math.min(Math.ceil(Math.log2((high - low) / 4)), Math.log2(domain[1] - domain[0]));
   const parts = indices([low, high], exponent, domain);
@@ -29,12 +30,15 @@ export function around([low, high], domain) {
 
 // Whether there are bifurcation curves over a plane without a motion to begin with.
 const OF_STOPS = ["clearance", "clearance_left", "restitution", "forcing", "bias"];
+/** @type {(plane: PlaneAxes) => boolean} */
 export const leavesGraze = ({ horizontal, vertical }) =>
   (horizontal === "omega" && OF_STOPS.includes(vertical)) || (vertical === "omega" && OF_STOPS.includes(horizontal));
 
+/** @type {(curve: any) => string} */
 const named = ({ type, motion }) => `${type}, ${NAMES[type]} of ${motion}`;
 
 // How a piece of a bifurcation curve is drawn: thin where no motion beside it is stable.
+/** @returns {Line[]} */
 export function linesOf({ admissible, stable_beside: stable, ...curve }, palette) {
   const whole = {
     x: curve.omega ?? curve.horizontal,
@@ -87,10 +91,13 @@ const WHAT = {
 
 export class Curves {
   #kept = new Map();
-  #abort = new Map(); // of what is being computed
+  #running = new Map(); // what is being computed -> { abort, done }, the share in words
 
   constructor({ changed, failed, palette }) {
-    Object.assign(this, { changed, failed, palette, wanted: {} });
+    this.changed = changed;
+    this.failed = failed;
+    this.palette = palette;
+    this.wanted = {};
   }
 
   // Of a state of the page; `domains` are those of the parameters.
@@ -111,7 +118,8 @@ export class Curves {
       requests.curves(machine, plane, across, up),
     );
     this.#ask("borders", borders, () => requests.borders(machine, plane, across, up, BORDER_POINTS));
-    Object.assign(this, { left: machine.left, up });
+    this.left = machine.left;
+    this.up = up;
   }
 
   #forget(what) {
@@ -124,14 +132,14 @@ export class Curves {
   }
 
   #leave(what) {
-    this.#abort.get(what)?.abort();
-    this.#abort.delete(what);
+    this.#running.get(what)?.abort.abort();
+    this.#running.delete(what);
     delete this.wanted[what];
   }
 
   // What is being computed, in words.
   pending() {
-    return [...this.#abort].map(([what, { done }]) => `${WHAT[what][1]}${done ? ` (${done})` : ""}`);
+    return [...this.#running].map(([what, { done }]) => `${WHAT[what][1]}${done ? ` (${done})` : ""}`);
   }
 
   async #want(what, request) {
@@ -140,14 +148,14 @@ export class Curves {
     this.#leave(what);
     this.wanted[what] = { name, request };
     if (this.#kept.has(name)) return;
-    const abort = new AbortController();
-    this.#abort.set(what, abort);
+    const running = { abort: new AbortController(), done: "" };
+    this.#running.set(what, running);
     try {
       const onJob = ({ progress: { done, total } }) => {
-        abort.done = total ? percent(done / total) : "";
+        running.done = total ? percent(done / total) : "";
         this.changed();
       };
-      const { id, data } = await compute(WHAT[what][0], request, { signal: abort.signal, priority: 8, onJob });
+      const { id, data } = await compute(WHAT[what][0], request, { signal: running.abort.signal, priority: 8, onJob });
       this.#kept.set(name, { ...data, id });
       if (this.#kept.size > KEPT) this.#kept.delete(this.#kept.keys().next().value);
     } catch (error) {
@@ -156,7 +164,7 @@ export class Curves {
         this.failed(error);
       }
     }
-    if (this.#abort.get(what) === abort) this.#abort.delete(what);
+    if (this.#running.get(what) === running) this.#running.delete(what);
     this.changed();
   }
 
@@ -174,12 +182,12 @@ export class Curves {
     const curve = this.answer("graze");
     const lines = [];
     if (curve) {
-      const explained = (stop) =>
+      const grazes = (stop) =>
         `Grazing curve: on it the steady motion just touches the ${stop}; above it that motion stays clear of the ${stop}.`;
-      if (curve.clearance) lines.push({ x: curve.omega, y: curve.clearance, colour: ink, text: explained("stops") });
+      if (curve.clearance) lines.push({ x: curve.omega, y: curve.clearance, colour: ink, text: grazes("stops") });
       for (const stop of ["right", "left"]) {
         const values = curve[`clearance_${stop}`];
-        if (values) lines.push({ x: curve.omega, y: values, colour: ink, text: explained(`${stop} stop`) });
+        if (values) lines.push({ x: curve.omega, y: values, colour: ink, text: grazes(`${stop} stop`) });
       }
     }
     const beside = this.answer("beside");

@@ -41,6 +41,7 @@ function labelled({ kind, kinds, period, impacts_right, impacts_left }) {
 async function tileOf(buffer, observables) {
   const { margin_right, margin_left, ...values } = await arrays(buffer, [...NAMES, ...observables]);
   const { kind, kinds, period, impacts_right, impacts_left, ...rest } = values;
+  /** @type {Partial<Tile>} */
   const tile = { ...labelled({ kind, kinds, period, impacts_right, impacts_left }), ...rest };
   const points = Math.sqrt(kind.length);
   if (tile.sensitive) tile.sensitiveShare = tile.sensitive.reduce((sum, flag) => sum + Number(flag), 0) / kind.length;
@@ -49,16 +50,18 @@ async function tileOf(buffer, observables) {
   return tile;
 }
 
-onmessage = async ({ data: { number, buffer, observables } }) => {
+/** @type {any} */
+const worker = globalThis;
+worker.onmessage = async ({ data: { number, buffer, observables } }) => {
   try {
     const tile = await tileOf(buffer, observables);
-    postMessage(
+    worker.postMessage(
       { number, tile },
       Object.values(tile)
         .filter(ArrayBuffer.isView)
         .map((array) => array.buffer),
     );
   } catch {
-    postMessage({ number });
+    worker.postMessage({ number });
   }
 };

@@ -1,10 +1,12 @@
 // Elements of the page.
 
+/** @type {(id: string) => any} */
 export const byId = (id) => document.getElementById(id);
 
 export const isPhone = () => matchMedia("(max-width: 48rem)").matches; // as in the style sheet
 
 // An element with properties, attributes (names with a hyphen, and `role`) and children.
+/** @returns {any} */
 export function element(name, properties = {}, ...children) {
   const made = document.createElement(name);
   for (const [key, value] of Object.entries(properties)) {
@@ -31,6 +33,7 @@ export const notNumber = (text) =>
 
 // The number in a field, inside a domain, which is closed where it has an upper end; null, and the field says what is
 // wrong, if there is none.
+/** @param {any} field  @param {Interval} [domain] */
 export function numberOf(field, [low, high] = [0, Infinity]) {
   const text = field.value.trim();
   const value = Number(text || NaN);

@@ -4,7 +4,7 @@ import { byId } from "./dom.js";
 
 const CONTROLS = ["sliders", "legend", "point", "colour", "zoom"];
 
-export const isFramed = globalThis.top !== globalThis;
+export const isFramed = window.top !== window;
 
 // The controls that the address names; null: the page is whole.
 export function controlsOf(query) {

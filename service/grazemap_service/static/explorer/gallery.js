@@ -24,7 +24,9 @@ export class Gallery {
 
   // `addressOf(place)` is the link of a place, `decode(buffer)` a promise of what a map has.
   constructor({ addressOf, decode, palette }) {
-    Object.assign(this, { addressOf, decode, palette });
+    this.addressOf = addressOf;
+    this.decode = decode;
+    this.palette = palette;
     this.dialog = byId("gallery");
     byId("open-gallery").addEventListener("click", () => this.#open());
     this.dialog.addEventListener("close", () => this.#abort.abort());

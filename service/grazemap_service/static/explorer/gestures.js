@@ -12,7 +12,8 @@ export class Gestures {
 
   // `act` is that of the plane.
   constructor(plane, act) {
-    Object.assign(this, { plane, act });
+    this.plane = plane;
+    this.act = act;
     const on = (name, handler, options) => plane.canvas.addEventListener(name, handler, options);
     on("pointerdown", (event) => this.#down(event));
     on("pointermove", (event) => this.#move(event));

@@ -41,7 +41,10 @@ const STEP = 2; // by which they are farther apart in every further round of dir
 // What a label looks like: a colour, and stripes; hatching 0 has none.
 class Look {
   constructor(colour, hatching = 0) {
-    Object.assign(this, { colour, hatching, text: `${colour} ${hatching}`, channels: channels(colour) });
+    this.colour = colour;
+    this.hatching = hatching;
+    this.text = `${colour} ${hatching}`;
+    this.channels = channels(colour);
     const isDark = Math.max(...this.channels) < 160;
     this.stripe = this.channels.map((value) => Math.round(isDark ? (value + 255) / 2 : value / 2));
     this.direction = DIRECTIONS[(hatching - 1) % DIRECTIONS.length];
@@ -155,10 +158,12 @@ const CIVIDIS = ["#00224E", "#35456C", "#666970", "#948E77", "#C8B866", "#FEE838
 const DIVERGING = ["#053061", "#4393C3", "#F7F7F7", "#D6604D", "#67001F"].map(channels);
 
 // The colour of a share from 0 to 1 on a ramp.
+/** @returns {[number, number, number]} */
 export function onRamp(diverging, share) {
   const ramp = diverging ? DIVERGING : CIVIDIS;
   const place = Math.min(1, Math.max(0, share)) * (ramp.length - 1);
   const low = Math.min(ramp.length - 2, Math.floor(place));
   const part = place - low;
-  return ramp[low].map((value, k) => Math.round(value + part * (ramp[low + 1][k] - value)));
+  const mixed = (k) => Math.round(ramp[low][k] + part * (ramp[low + 1][k] - ramp[low][k]));
+  return [mixed(0), mixed(1), mixed(2)];
 }

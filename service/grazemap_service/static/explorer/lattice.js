@@ -16,6 +16,7 @@ export const finest = (largest) => binade(largest) - 52 + Math.log2(ROUNDINGS) +
 
 // The exponent for which a tile has about TILE_PIXELS pixels and fits into a domain, and whether double precision
 // forbids it.
+/** @param {Interval} interval  @param {number} pixels  @param {Interval} domain */
 export function exponentFor([low, high], pixels, [least, most]) {
   const wanted = Math.min(Math.round(Math.log2(((high - low) * TILE_PIXELS) / pixels)), Math.log2(most - least));
   const end = finest(Math.max(Math.abs(low), Math.abs(high)));
@@ -23,6 +24,7 @@ export function exponentFor([low, high], pixels, [least, most]) {
 }
 
 // The numbers of the tiles that an interval meets, inside a domain.
+/** @param {Interval} interval  @param {number} exponent  @param {Interval} domain */
 export function indices([low, high], exponent, [least, most]) {
   const size = 2 ** exponent;
   const first = Math.max(Math.ceil(least / size), Math.floor(low / size));
@@ -30,9 +32,11 @@ export function indices([low, high], exponent, [least, most]) {
   return Array.from({ length: Math.max(0, last - first + 1) }, (_, k) => first + k);
 }
 
+/** @type {(index: number, exponent: number) => Interval} */
 export const bounds = (index, exponent) => [index * 2 ** exponent, (index + 1) * 2 ** exponent];
 
 // The values of a tile's points as a range of the API.
+/** @returns {PointValues} */
 export function range(index, exponent, points) {
   const [start, stop] = bounds(index, exponent);
   const half = 2 ** exponent / points / 2;
@@ -41,6 +45,7 @@ export function range(index, exponent, points) {
 
 // The points of the lattice in an interval, inside a domain, as a range of the API; of more than `limit` every second
 // one, or every fourth, and so on.
+/** @param {Interval} interval  @param {number} exponent  @param {Interval} domain  @returns {PointValues} */
 export function pointsOf([low, high], exponent, [least, most], limit = Infinity) {
   const step = 2 ** exponent / POINTS;
   const first = Math.ceil(Math.max(low, least) / step - 0.5);
@@ -53,6 +58,7 @@ export function pointsOf([low, high], exponent, [least, most], limit = Infinity)
 }
 
 // The points of a window of its own, in the middle of POINTS equal parts.
+/** @param {Interval} interval  @returns {PointValues} */
 export function partsOf([low, high]) {
   const half = (high - low) / POINTS / 2;
   return { start: low + half, stop: high - half, points: POINTS };
@@ -67,6 +73,7 @@ export const ancestor = ({ ex, ey, i, j }, levels) => ({
 });
 
 // The tiles of a window, the nearest to `centre` first.
+/** @param {View} view  @param {number} ex  @param {number} ey  @param {Place} centre  @param {View} domains */
 export function tilesOf({ x, y }, ex, ey, centre, domains) {
   const tiles = indices(y, ey, domains.y).flatMap((j) => indices(x, ex, domains.x).map((i) => ({ ex, ey, i, j })));
   const distance = ({ i, j }) => Math.hypot(i + 0.5 - centre.x / 2 ** ex, j + 0.5 - centre.y / 2 ** ey);

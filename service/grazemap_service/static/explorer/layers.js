@@ -3,6 +3,7 @@ import { onRamp } from "./labels.js";
 
 // `field` is that of a map; `quantity`, or an SI unit, tells its unit; a map must be asked for `observables` and
 // `policy`.
+/** @type {Record<string, Layer>} */
 export const LAYERS = {
   motion: { text: "Motion" },
   exponent: {
@@ -53,6 +54,7 @@ const ROUND = [1, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10]; // times a power of ten, wher
 const MOST_COUNTED = 1024; // points of a window, along a side, that are counted
 
 // The values between which a layer's ramp runs for these tiles, and whether some are beyond; null where they have none.
+/** @param {string} layer  @param {Tile[]} tiles */
 export function rangeOf(layer, tiles) {
   const { field, diverging, isCount } = LAYERS[layer];
   const values = tiles
@@ -121,6 +123,7 @@ function ofValues(values, diverging, range) {
 }
 
 // Paints a tile on a canvas of one pixel a point.
+/** @param {Tile} tile */
 export function paint(tile, layer, { hidden, range, colours }) {
   const n = tile.points;
   const canvas = tile.canvas ?? new OffscreenCanvas(n, n);
@@ -138,6 +141,7 @@ export function paint(tile, layer, { hidden, range, colours }) {
 }
 
 // The labels in a window with their shares, the largest first. Where tiles cover one another the last one counts.
+/** @param {Tile[]} tiles  @param {View} window */
 export function shares(tiles, { x, y }) {
   const step = (axis, [low, high]) => {
     const steps = tiles.map((tile) => (tile[axis][1] - tile[axis][0]) / tile.points);
@@ -183,6 +187,7 @@ export const percent = (share) => (share < 0.001 ? "< 0.1 %" : `${(100 * share).
 export const withoutRemedy = (reason) => reason.replace(/\.? Remedy:.*/s, "");
 
 // What the finest of the tiles says about a point of the plane, `at` its own point there; null where none has come.
+/** @param {Tile[]} tiles  @param {number} x  @param {number} y */
 export function reading(tiles, x, y) {
   const covers = ({ x: [left, right], y: [low, high] }) => left <= x && x < right && low <= y && y < high;
   const tile = tiles.findLast(covers);

@@ -16,7 +16,8 @@ export class Legend {
 
   // `names` are those of bifurcations; `changed` is called when a motion was switched off or on.
   constructor({ colours, names, changed }) {
-    Object.assign(this, { colours, changed });
+    this.colours = colours;
+    this.changed = changed;
     const { bifurcations, orders } = colours.palette;
     this.#meanings = [
       ...Object.entries(names).map(([type, name]) => ({
@@ -31,7 +32,7 @@ export class Legend {
         text: "Circles: half periods after which the graze recurs:",
         numbered: orders,
       },
-    ].map(({ colours: before = [], numbered = [], ...meaning }) => {
+    ].map((/** @type {any} */ { colours: before = [], numbered = [], ...meaning }) => {
       const after = numbered.flatMap((colour, k) => [swatch(colour), ` ${k + 1} `]);
       const parts = [...before.map((colour) => swatch(colour)), element("span", {}, `${meaning.text} `, ...after)];
       return { ...meaning, before, numbered, item: element("li", { hidden: true }, ...parts) };
@@ -89,7 +90,7 @@ export class Legend {
     const signature = JSON.stringify([first, all.length, [...this.hidden], this.colours.version]);
     if (signature === this.#shown) return; // so that a button keeps the focus
     this.#shown = signature;
-    const focused = document.activeElement?.value;
+    const focused = document.activeElement?.getAttribute("value");
     byId("legend").replaceChildren(...first.map(({ label, share }) => this.#entry(label, share)));
     const others = all.length - first.length;
     if (others) byId("legend").append(this.#rest(others, first.length < Math.min(all.length, NAMED)));

@@ -22,6 +22,7 @@ async function against(machine) {
 
 // The state that an address says, and its faults: `standard` with the paper's machine where the service refuses its
 // own.
+/** @param {string} hash  @param {State} standard  @returns {Promise<{ state: State, faults: string[] }>} */
 export async function followed(hash, standard) {
   const answer = read(hash, standard);
   const { machine } = answer.state;

@@ -61,7 +61,7 @@ let errorText = "";
 let linkText = ""; // what is wrong with the link, until the next move
 let troubleText = "";
 
-const familyOf = (observables = []) => JSON.stringify([state.machine, state.plane, observables, state.policy]);
+const familyOf = (names = []) => JSON.stringify([state.machine, state.plane, names, state.policy]);
 const family = () => familyOf(LAYERS[state.layer].observables);
 const domains = () => ({ x: parameter(state.plane.horizontal).domain, y: parameter(state.plane.vertical).domain });
 const levels = () => ({
@@ -147,8 +147,8 @@ const form = new MachineForm({
     planeForm.show(state);
     point.clear();
     const isThere = overview.curve === null || overview.meets(state);
-    const shown = window ?? ((!isThere && overview.suggested()) || state);
-    plane.go({ x: shown.x, y: shown.y }, { now: true });
+    const wanted = window ?? ((!isThere && overview.suggested()) || state);
+    plane.go({ x: wanted.x, y: wanted.y }, { now: true });
   },
 });
 const pointForm = new PointForm({
@@ -235,15 +235,15 @@ function change(part) {
 }
 
 function ask() {
-  const { x: across, y: up } = levels();
+  const { x: columns, y: rows } = levels();
   const centre = place ? plane.value(place) : plane.centre;
-  const { observables } = LAYERS[state.layer];
-  const { machine, plane: shown, policy } = state;
+  const { machine, plane: axes, policy, layer } = state;
+  const options = { observables: LAYERS[layer].observables, policy };
   const hurried = sliders.isMoving;
-  const request = (across, up, preview) => requests.map(machine, shown, across, up, { preview, observables, policy });
+  const request = (across, up, preview) => requests.map(machine, axes, across, up, { preview, ...options });
   if (isSweep(policy)) askSweep(request);
   else {
-    const wanted = tilesOf(state, across.exponent, up.exponent, centre, domains());
+    const wanted = tilesOf(state, columns.exponent, rows.exponent, centre, domains());
     tiles.show(family(), request, wanted, domains(), { hurried });
   }
   curves.show(hurried ? { ...state, curves: "grazing", borders: false } : state, domains());
@@ -366,9 +366,9 @@ function finestSeen(seenTiles = seen()) {
 
 // Whether labels are not known better than to the distance of neighbouring points.
 function roundOffDecides(seenTiles) {
-  const shown = finestSeen(seenTiles);
-  const sensitive = shown.reduce((sum, tile) => sum + tile.sensitiveShare, 0);
-  return shown.length > 0 && sensitive > MOST_SENSITIVE * shown.length;
+  const finest = finestSeen(seenTiles);
+  const sensitive = finest.reduce((sum, tile) => sum + tile.sensitiveShare, 0);
+  return finest.length > 0 && sensitive > MOST_SENSITIVE * finest.length;
 }
 
 let refreshing = null;
@@ -608,12 +608,12 @@ offer(() => {
     legend: legend.inSight,
     lookOf: (label) => colours.of(label),
     ranges: (most) => {
-      const { x: across, y: up } = levels();
+      const { x: columns, y: rows } = levels();
       if (isSweep(state.policy)) return { x: partsOf(address.endsOf(state.x)), y: partsOf(address.endsOf(state.y)) };
       const side = Math.floor(Math.sqrt(most));
       return {
-        x: pointsOf(state.x, across.exponent, domains().x, side),
-        y: pointsOf(state.y, up.exponent, domains().y, side),
+        x: pointsOf(state.x, columns.exponent, domains().x, side),
+        y: pointsOf(state.y, rows.exponent, domains().y, side),
       };
     },
     tiles: tiles.ofView().sort((tile, other) => middle(tile) - middle(other)),

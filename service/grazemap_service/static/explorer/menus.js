@@ -10,15 +10,16 @@ function keepInside(menu) {
 }
 
 export function arrangeMenus() {
+  /** @type {() => HTMLDetailsElement | null} */
   const open = () => document.querySelector("details.menu[open]");
-  for (const menu of document.querySelectorAll("details.menu"))
+  for (const menu of document.querySelectorAll(/** @type {"details"} */ ("details.menu")))
     menu.addEventListener("toggle", () => menu.open && keepInside(menu));
   addEventListener("resize", () => open() && keepInside(open()));
   addEventListener(
     "pointerdown",
     ({ target }) => {
       const menu = open();
-      if (menu && !menu.contains(target)) menu.open = false;
+      if (menu && !menu.contains(/** @type {Node} */ (target))) menu.open = false;
     },
     { capture: true },
   );

@@ -47,7 +47,8 @@ export class Overview {
   async #ask(machine, name) {
     this.#abort.abort();
     this.#abort = new AbortController();
-    Object.assign(this, { name, curve: null });
+    this.name = name;
+    this.curve = null;
     const { signal } = this.#abort;
     try {
       const { data: linear } = await compute("structures", requests.structure(machine), { signal });

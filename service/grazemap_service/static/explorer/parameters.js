@@ -3,6 +3,7 @@
 // not axes.
 
 export const USUAL = { horizontal: "omega", vertical: "clearance", omega: null, clearance: null };
+/** @type {(plane: { horizontal: string, vertical: string }) => boolean} */
 export const isUsual = ({ horizontal, vertical }) => horizontal === "omega" && vertical === "clearance";
 
 // What the service takes for an oscillator that is not described: the example of the paper.
@@ -49,6 +50,7 @@ const listed = (name) => /^(\w+)\[(\d+)\]$/.exec(name);
 const RIGHT = { text: "clearance of the right stop" };
 
 // A parameter of a machine: { name, text, quantity, domain, factor }; null if no machine has one of this name.
+/** @param {string} name  @param {Partial<Machine>} [machine]  @returns {Parameter | null} */
 export function parameter(name, { stops } = {}) {
   const [, list, number] = listed(name) ?? [];
   if (Object.hasOwn(LISTED, list ?? ""))
@@ -59,6 +61,7 @@ export function parameter(name, { stops } = {}) {
 }
 
 // The names of the parameters of a machine.
+/** @param {Machine} machine  @returns {string[]} */
 export function namesOf(machine) {
   const oscillator = oscillatorOf(machine);
   const has = { bias: oscillator.bias?.some(Boolean), clearance_left: machine.stops === "unequal" };
@@ -92,7 +95,7 @@ const scaledDamping = (damping, by) =>
 // An oscillator with a parameter at a value; factors are those of what it has.
 export function withParameter(oscillator, name, value) {
   const [, list, number] = listed(name) ?? [];
-  if (list) return { ...oscillator, [list]: oscillator[list].with(number - 1, value) };
+  if (list) return { ...oscillator, [list]: oscillator[list].with(Number(number) - 1, value) };
   if (name === "restitution") return { ...oscillator, restitution: value };
   if (name === "bias") return { ...oscillator, bias: scaled(oscillator.bias, value) };
   if (name === "damping" && oscillator.matrices)
@@ -110,6 +113,7 @@ export function withParameter(oscillator, name, value) {
 }
 
 // The machine at a point [x, y] of a plane, and [omega, clearance] there.
+/** @param {Machine} machine  @param {PlaneAxes} plane  @param {number[]} point  @returns {{ machine: Machine, at: number[] }} */
 export function placeOf(machine, plane, [x, y]) {
   const values = { omega: plane.omega, clearance: plane.clearance, [plane.horizontal]: x, [plane.vertical]: y };
   const others = [plane.horizontal, plane.vertical].filter((name) => !PLACES.includes(name));
@@ -128,16 +132,18 @@ export function placeOf(machine, plane, [x, y]) {
 }
 
 // The value of a parameter of a machine; 1 of a factor.
+/** @param {Machine} machine  @param {string} name  @param {number[]} place  @returns {number} */
 export function valueOf(machine, name, [omega, clearance]) {
   const oscillator = oscillatorOf(machine);
   const [, list, number] = listed(name) ?? [];
-  if (list) return oscillator[list][number - 1];
+  if (list) return oscillator[list][Number(number) - 1];
   const { restitution } = oscillator;
   const among = { omega, clearance, clearance_left: machine.left, restitution: restitution.right ?? restitution };
   return among[name] ?? 1;
 }
 
 // The values of a parameter to begin with.
+/** @param {string} name  @param {number} value  @returns {Interval} */
 export function intervalAbout(name, value) {
   const { domain } = parameter(name);
   const reach = WIDE * (domain[1] === 1 ? 1 : Math.abs(value));

@@ -47,9 +47,12 @@ class Column {
   parts = [];
 
   constructor(x, y, width) {
-    Object.assign(this, { x, y, width });
+    this.x = x;
+    this.y = y;
+    this.width = width;
   }
 
+  /** @param {string} content  @param {{ indent?: number, [attribute: string]: any }} [how] */
   write(content, { indent = 0, ...attributes } = {}) {
     for (const line of broken(content, this.width - indent)) {
       this.parts.push(text(line, this.x + indent, this.y + FONT, attributes));
@@ -121,12 +124,12 @@ const OF_SKETCH = {
 function machineOf(machine) {
   const parts = sketch(machine);
   const words = parts.at(-1);
-  const [picture] = parts;
-  if (picture === words) return { picture: null, words };
-  for (const part of picture.children)
+  const [drawn] = parts;
+  if (drawn === words) return { picture: null, words };
+  for (const part of drawn.children)
     for (const name of [part.tagName, part.getAttribute("class")])
       for (const [key, value] of Object.entries(OF_SKETCH[name] ?? {})) part.setAttribute(key, value);
-  return { picture, words };
+  return { picture: drawn, words };
 }
 
 // The numbers of a machine, a text for each field.
@@ -146,8 +149,8 @@ function numbersOf({ oscillator, stops, left }) {
 // look of a motion, and `caption` lines of text.
 export function picture({ view, inUnits, size, image, lines, marks, at, names, legend, lookOf, machine, caption }) {
   const width = WIDTH - SIDE - COLUMN - 3 * MARGIN;
-  const frame = { left: SIDE, right: SIDE + width, top: MARGIN };
-  frame.bottom = frame.top + width * Math.min(TALLEST, size.height / size.width);
+  const bottom = MARGIN + width * Math.min(TALLEST, size.height / size.width);
+  const frame = { left: SIDE, right: SIDE + width, top: MARGIN, bottom };
   const { px, py } = scales(view, frame);
   const height = frame.bottom - frame.top;
   const box = { x: frame.left, y: frame.top, width, height };

@@ -19,7 +19,11 @@ export class Plane {
   // `act` has moved(view), resized(), settled(view), pick(point), point(place on the canvas or null), home(),
   // takesWheel() and mayZoomIn().
   constructor(canvas, act) {
-    Object.assign(this, { canvas, act, view: null, scene: {}, domains: null });
+    this.canvas = canvas;
+    this.act = act;
+    this.view = null;
+    this.scene = { lines: [], marks: [] };
+    this.domains = null;
     new ResizeObserver(() => {
       this.#resize();
       if (this.view) act.resized();

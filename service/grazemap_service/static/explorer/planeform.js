@@ -26,7 +26,8 @@ export class PlaneForm {
   }
 
   show({ machine, plane }) {
-    Object.assign(this, { machine, plane });
+    this.machine = machine;
+    this.plane = plane;
     const names = namesOf(machine);
     for (const axis of AXES) {
       const options = names.map((name) =>

@@ -28,7 +28,8 @@ export class PointPanel {
   // `colours` are those of motions; `drawn` is called with the { lines, marks } of the point in the plane, `closed` when
   // the point is closed.
   constructor({ colours, drawn, closed }) {
-    Object.assign(this, { colours, drawn });
+    this.colours = colours;
+    this.drawn = drawn;
     byId("close-point").addEventListener("click", closed);
     byId("sound").addEventListener("click", ({ target }) => {
       this.#isLoud = !this.#isLoud;
@@ -68,7 +69,9 @@ export class PointPanel {
     this.clear();
     this.#abort = new AbortController();
     const { machine, at } = placeOf(state.machine, state.plane, state.at);
-    Object.assign(this, { machine, at, state });
+    this.machine = machine;
+    this.at = at;
+    this.state = state;
     byId("point-section").hidden = false;
     byId("point-section").scrollTop = 0;
     byId("basins").replaceChildren();

@@ -25,7 +25,9 @@ export class PointForm {
     const names = Object.values(AXES).map((axis) => parameter(plane[axis], machine));
     const shown = JSON.stringify([machine, plane, at, names.map(({ quantity }) => unitOf(machine, quantity))]);
     if (shown === this.shown) return; // so that what is being entered stays
-    Object.assign(this, { shown, machine, quantities: names.map(({ quantity }) => quantity) });
+    this.shown = shown;
+    this.machine = machine;
+    this.quantities = names.map(({ quantity }) => quantity);
     Object.keys(AXES).forEach((field, k) => {
       const { text, quantity } = names[k];
       byId(`point-${field}`).textContent = named(text, machine, quantity);

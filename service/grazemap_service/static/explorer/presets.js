@@ -1,7 +1,9 @@
 // Machines to begin with, each with a window that shows something.
 
+/** @type {Omit<Machine, "oscillator">} */
 const chain = { stops: "equal", left: null, periods: 400 };
 
+/** @type {Record<string, View & { text: string, machine: Machine }>} */
 export const PRESETS = {
   paper: {
     text: "Three masses (the paper)",

@@ -8,6 +8,7 @@ const NEXT = 1e-9; // of a value, to another one
 
 const oscillatorOf = ({ oscillator }) => (oscillator ? { oscillator } : {});
 
+/** @param {Machine} machine  @param {number} value */
 export function clearance({ stops, left }, value) {
   if (stops === "right") return { right: value, left: null };
   if (stops === "left") return { right: null, left: value };
@@ -25,6 +26,7 @@ const varied = ({ stops }, name) =>
   name === "clearance" && stops !== "equal" ? `clearance_${stops === "left" ? "left" : "right"}` : name;
 
 // What a request over ranges of a plane says.
+/** @param {Machine} machine  @param {PlaneAxes} plane  @param {PointValues} across  @param {PointValues} up */
 export function over(machine, plane, across, up) {
   const { horizontal, vertical } = plane;
   return {
@@ -44,6 +46,7 @@ function besideAxes(machine, { horizontal, vertical, clearance: fixed }) {
 }
 
 // A preview leaves motions open that settle late, which are few and take most of the time.
+/** @type {(machine: Machine, plane: PlaneAxes, across: PointValues, up: PointValues, options: { preview?: object, observables?: string[], policy?: string }) => object} */
 export const map = (machine, plane, across, up, { preview, observables, policy = "rest" }) => ({
   ...over(machine, plane, across, up),
   max_periods: preview ? Math.ceil(machine.periods / 4) : machine.periods,
@@ -67,8 +70,8 @@ export const curves = (machine, plane, across, up) => over(machine, plane, ends(
 
 // A map whose first point is the given one; the least that a map has is two values a side.
 export const pointMap = (machine, point) => {
-  const [omega, clearance] = point.map((value) => [value, value * (1 + NEXT)]);
-  return { ...over(machine, USUAL, omega, clearance), max_periods: machine.periods };
+  const [across, up] = point.map((value) => [value, value * (1 + NEXT)]);
+  return { ...over(machine, USUAL, across, up), max_periods: machine.periods };
 };
 
 // The motions to which random states at a point lead; of two values, as few as there may be, at the point and beside it.

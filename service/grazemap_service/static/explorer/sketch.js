@@ -54,6 +54,7 @@ function words(count, contact, stops, base) {
 }
 
 // The drawing, with what it shows in words; of a machine whose fields the service has accepted.
+/** @param {Machine} machine */
 export function sketch({ oscillator, stops }) {
   const { masses, matrices, contact = 1, base, forcing } = oscillator ?? EXAMPLE;
   const count = masses?.length ?? matrices.mass.length;

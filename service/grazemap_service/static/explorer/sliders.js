@@ -15,7 +15,7 @@ export class Sliders {
 
   // `changed({ machine, plane })` is called while a slider moves, and `settled()` after it.
   constructor({ changed, settled }) {
-    Object.assign(this, { changed });
+    this.changed = changed;
     this.form = byId("sliders");
     this.form.addEventListener("input", ({ target }) => {
       this.isMoving = true;
@@ -29,7 +29,7 @@ export class Sliders {
 
   // Shows the values of a state of the page; its machine is the one to which factors refer unless a slider made it.
   show({ machine, plane }) {
-    if (machine !== this.made) Object.assign(this, { made: machine }).#begin(machine);
+    if (machine !== this.made) this.#begin(machine);
     const shown = JSON.stringify([
       this.#of,
       plane,
@@ -48,6 +48,7 @@ export class Sliders {
 
   #begin(machine) {
     this.#of = machine;
+    this.made = machine;
     this.#values = {};
     this.shown = null; // what a slider has moved is not that machine's
   }

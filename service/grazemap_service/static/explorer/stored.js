@@ -23,6 +23,7 @@ function around({ start, stop, points }) {
 
 // A map's machine and window, { machine, x, y }, its number of points along a side, which is null where its sides have
 // different ones, and `data()`, a promise of its npz. Throws an Error where the page has no such view.
+/** @param {string} id */
 export async function storedMap(id) {
   const job = await (await send(`v1/jobs/${encodeURIComponent(id)}`)).json();
   const { process, request = {} } = job;

@@ -25,9 +25,8 @@ export function besideLine(line, window, { across, apart }) {
 // null where none is known and where none is wanted; `part` is that of the window, { x, y } as shares of its sides.
 export function insides(labelAt, window, part, most) {
   const place = (axis, k) => along(window[axis], along(part[axis], (k + 0.5) / STEPS));
-  const labels = Array.from({ length: STEPS }, (_, row) =>
-    Array.from({ length: STEPS }, (_, column) => labelAt(place("x", column), place("y", row))),
-  );
+  const steps = [...Array(STEPS).keys()];
+  const labels = steps.map((row) => steps.map((column) => labelAt(place("x", column), place("y", row))));
   // the largest square of a label about each point
   const reach = (row, column) => {
     const label = labels[row][column];

@@ -38,8 +38,9 @@ const FIGURES = [LAYERS.exponent, LAYERS.speed];
 
 // The points of tiles inside a window, as text with commas: by rows, from below. Those of a tile that is not there are
 // "not computed".
+/** @param {Tile[]} tiles  @param {State} state */
 export function asCsv(tiles, { plane, x, y, machine, layer }) {
-  const fields = [...FIGURES, ...[LAYERS[layer]].filter((shown) => shown?.field && !FIGURES.includes(shown))];
+  const fields = [...FIGURES, ...[LAYERS[layer]].filter((chosen) => chosen?.field && !FIGURES.includes(chosen))];
   const head = (name, quantity) => named(name, machine, quantity);
   const quantities = [plane.horizontal, plane.vertical].map((name) => parameter(name).quantity);
   const axes = [head(plane.horizontal, quantities[0]), head(plane.vertical, quantities[1])];

@@ -25,7 +25,8 @@ export class Tiles {
   // `requestOf(across, up, preview)` is the request of a map over two ranges; `changed` is called when something has come or
   // failed, `failed` with the error.
   constructor({ changed, failed }) {
-    Object.assign(this, { changed, failed });
+    this.changed = changed;
+    this.failed = failed;
     this.#startDecoder();
   }
 

@@ -24,10 +24,12 @@ export const USUAL_UNITS = { frequency: "rad/s", length: "m" };
 let chosen = USUAL_UNITS;
 
 // Takes note of the units that a person reads, { frequency, length }.
+/** @param {State["units"]} units */
 export function choose(units) {
   chosen = units;
 }
 
+/** @type {(machine: Machine) => boolean} */
 export const isSI = (machine) => machine?.oscillator?.units === "SI";
 
 // A quantity may also be told by its unit in SI.
@@ -35,6 +37,7 @@ const kindOf = (quantity) => Object.keys(SI).find((kind) => SI[kind] === quantit
 const factor = (machine, quantity) => (isSI(machine) && UNITS[kindOf(quantity)]?.[chosen[kindOf(quantity)]]) || 1;
 
 // A number of a request in the unit that is read, or several.
+/** @param {Machine} machine  @param {string} quantity  @param {any} value  @returns {any} */
 export function shown(machine, quantity, value) {
   if (Array.isArray(value)) return value.map((part) => shown(machine, quantity, part));
   return value === null ? null : value * factor(machine, quantity);
@@ -50,12 +53,14 @@ export function entry(machine, quantity, value, digits = DIGITS) {
 }
 
 // With a space before it, for a number.
+/** @param {Machine} machine  @param {string} quantity */
 export function unitOf(machine, quantity) {
   const kind = kindOf(quantity);
   return isSI(machine) && quantity ? ` ${chosen[kind] ?? SI[kind] ?? quantity}` : "";
 }
 
 // A number of a request for reading, with its unit.
+/** @type {(machine: Machine, quantity: string, value: number) => string} */
 export const withUnit = (machine, quantity, value) =>
   toRead(shown(machine, quantity, value)) + unitOf(machine, quantity);
 
