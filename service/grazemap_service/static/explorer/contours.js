@@ -1,4 +1,4 @@
-// Lines on which a value of the points of a tile is zero.
+// Lines on which a value of the points of a tile is zero, as where the steady motion touches a stop.
 
 // The zeros of values of n x n points, a row after the other from below, as the ends of short lines in shares of the
 // tile's sides: x0, y0, x1, y1, and so on. Between two points the value is taken to be linear.
@@ -25,4 +25,30 @@ export function zeros(values, n) {
       ends.push(...crossed.slice(0, 2 * 2 * Math.floor(crossed.length / 4)));
     }
   return Float64Array.from(ends);
+}
+
+const TEXTS = Object.fromEntries(
+  ["right", "left"].map((stop) => [stop, `Grazing curve: on it the steady motion just touches the ${stop} stop.`]),
+);
+const isWithin = (value, [low, high]) => low <= value && value <= high;
+const along = ([low, high], share) => low + share * (high - low);
+
+// Where the steady motion touches a stop: of each tile, the coarsest first, where no finer one is over it.
+/** @param {Tile[]} tiles  @param {string} colour  @returns {Line[]} */
+export function grazes(tiles, colour) {
+  return ["right", "left"].flatMap((stop) => {
+    const line = { x: [], y: [], colour, text: TEXTS[stop] };
+    tiles.forEach((tile, number) => {
+      const ends = tile[`graze_${stop}`] ?? [];
+      const finer = tiles.slice(number + 1);
+      for (let k = 0; k < ends.length; k += 4) {
+        const [left, right] = [along(tile.x, ends[k]), along(tile.x, ends[k + 2])];
+        const [low, high] = [along(tile.y, ends[k + 1]), along(tile.y, ends[k + 3])];
+        if (finer.some(({ x, y }) => isWithin((left + right) / 2, x) && isWithin((low + high) / 2, y))) continue;
+        line.x.push(left, right, null);
+        line.y.push(low, high, null);
+      }
+    });
+    return line.x.length ? [line] : [];
+  });
 }

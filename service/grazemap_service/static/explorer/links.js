@@ -1,14 +1,13 @@
 // What a link says that this page or its service does not take.
-import { compute } from "./api.js";
 import { UNSAID, read } from "./address.js";
-import * as requests from "./requests.js";
+import { structureOf } from "./structures.js";
 
 const MOST_ERRORS = 3; // of a machine that are said
 
 // What the service says against a machine; null where it takes it, or does not say.
 async function against(machine) {
   try {
-    await compute("structures", requests.structure(machine), { priority: 9 });
+    await structureOf(machine);
     return null;
   } catch ({ errors, message }) {
     if (!errors) return null; // the tiles say what is wrong with the service

@@ -1,10 +1,9 @@
 // The form of the machine: presets, its fields with their errors, and its natural frequencies while one types.
-import { compute, isAborted } from "./api.js";
 import { byId, element, notNumber } from "./dom.js";
 import { EXAMPLE, complete } from "./parameters.js";
 import { PRESETS } from "./presets.js";
-import * as requests from "./requests.js";
 import { sketch } from "./sketch.js";
+import { structureOf } from "./structures.js";
 import { toRead } from "./ticks.js";
 import { entry, inSI, unitOf, withUnit } from "./units.js";
 
@@ -174,7 +173,7 @@ export class MachineForm {
     const machine = this.#machine();
     if (!machine) return null;
     try {
-      const { data } = await compute("structures", requests.structure(machine), { signal, priority: 9 });
+      const data = await structureOf(machine);
       if (signal.aborted) return null;
       byId("sketch").replaceChildren(...sketch(machine));
       const ratios = data.damping_ratios;
@@ -186,7 +185,7 @@ export class MachineForm {
       );
       return machine;
     } catch (error) {
-      if (isAborted(error)) return null;
+      if (signal.aborted) return null;
       const errors = {};
       for (const { pointer, detail, allowed } of error.errors ?? []) {
         const [, , name, ...rest] = pointer.split("/");

@@ -2,15 +2,16 @@
 // the public API only.
 import { serve } from "./api.js";
 import * as address from "./address.js";
+import { grazes } from "./contours.js";
 import { Curves, NAMES } from "./curves.js";
-import { byId, element, isPhone } from "./dom.js";
+import { byId, isPhone } from "./dom.js";
 import { hasControl, isFramed, showControls } from "./embed.js";
 import { Gallery } from "./gallery.js";
 import { listJobs } from "./jobs.js";
 import { Gestures } from "./gestures.js";
 import { Colours } from "./labels.js";
 import { POINTS, exponentFor, partsOf, pointsOf, tilesOf } from "./lattice.js";
-import { LAYERS, addObservables, hasLayer, paint, rangeOf, reading, shares, withoutRemedy } from "./layers.js";
+import { LAYERS, addObservables, paint, rangeOf, reading, shares } from "./layers.js";
 import { Legend } from "./legend.js";
 import { followed } from "./links.js";
 import { Living } from "./living.js";
@@ -27,11 +28,13 @@ import * as requests from "./requests.js";
 import { Sliders } from "./sliders.js";
 import { STARTS, isSweep } from "./starts.js";
 import { offer } from "./takehome.js";
-import { rounded, toRead } from "./ticks.js";
+import { rounded } from "./ticks.js";
 import { storedMap } from "./stored.js";
 import { Story } from "./story.js";
 import { Tiles } from "./tiles.js";
-import { UNITS, choose, isSI, named, shown, unitOf, withUnit } from "./units.js";
+import { choose, named, shown } from "./units.js";
+import { ViewForm } from "./viewform.js";
+import * as words from "./words.js";
 
 const MOST_SENSITIVE = 0.9; // share of labels that round-off may change, above which a closer look is of no use
 const ORDER_AGAIN = 400; // milliseconds, after which the tiles under the pointer come first
@@ -52,9 +55,6 @@ let state = STANDARD;
 let ofPoint = { lines: [], marks: [] }; // what the point draws into the plane
 let before = []; // the tiles that were in sight last, until those of another machine come
 let place = null; // where the pointer is on the canvas of the plane; null: elsewhere
-const GRAZE = Object.fromEntries(
-  ["right", "left"].map((stop) => [stop, `Grazing curve: on it the steady motion just touches the ${stop} stop.`]),
-);
 const UNREAD = byId("reading").textContent;
 let rested = null; // where the pointer was last
 let errorText = "";
@@ -150,6 +150,15 @@ const form = new MachineForm({
     const wanted = window ?? ((!isThere && overview.suggested()) || state);
     plane.go({ x: wanted.x, y: wanted.y }, { now: true });
   },
+});
+const viewForm = new ViewForm((part) => {
+  change(part);
+  if (part.units) {
+    form.show(state.machine);
+    planeForm.show(state);
+  }
+  remember();
+  if (state.at && (part.units || part.policy)) openPanel();
 });
 const pointForm = new PointForm({
   domains,
@@ -299,10 +308,6 @@ async function restore() {
   history.replaceState(null, "", address.write(state));
   choose(state.units);
   if (!plane.view || differs("machine") || differs("units")) form.show(state.machine);
-  byId("layer").value = state.layer;
-  showPolicy();
-  byId("curves").checked = state.curves === "all";
-  byId("borders").checked = state.borders;
   planeForm.show(state);
   plane.domains = domains();
   plane.view = { x: state.x, y: state.y };
@@ -311,19 +316,6 @@ async function restore() {
   else if (["at", "machine", "plane", "policy", "units"].some(differs)) openPanel();
   overview.show(state.machine, isUsual(state.plane) ? state : null);
   showEmbedded();
-}
-
-// The units that were chosen, where numbers have some.
-function showUnits() {
-  byId("units").hidden = !isSI(state.machine);
-  for (const [quantity, unit] of Object.entries(state.units)) byId(`unit-${quantity}`).value = unit;
-}
-
-// The start that was chosen, and the layers that it has.
-function showPolicy() {
-  byId("policy").value = state.policy;
-  for (const option of byId("layer").options) option.disabled = !hasLayer(state.policy, LAYERS[option.value]);
-  byId("layer").value = state.layer;
 }
 
 // A point with the digits that a pixel has.
@@ -401,7 +393,7 @@ function show() {
     below,
     tiles: seenTiles,
     lines: [
-      ...(isUsual(state.plane) ? [] : grazes(seenTiles)),
+      ...(isUsual(state.plane) ? [] : grazes(seenTiles, palette.ink)),
       ...curves.lines(),
       ...curves.borders(),
       ...ofPoint.lines,
@@ -412,7 +404,7 @@ function show() {
     inUnits,
   };
   plane.draw();
-  showUnits();
+  viewForm.show(state);
   pointForm.show(state);
   legend.show(state, motions, range);
   legend.explain(plane.scene, state);
@@ -428,61 +420,33 @@ function show() {
   live(seenTiles);
 }
 
-// Where the steady motion touches a stop: of each tile where no finer one is over it.
-function grazes(seenTiles) {
-  return ["right", "left"].flatMap((stop) => {
-    const line = { x: [], y: [], colour: palette.ink, text: GRAZE[stop] };
-    seenTiles.forEach((tile, number) => {
-      const ends = tile[`graze_${stop}`] ?? [];
-      const finer = seenTiles.slice(number + 1);
-      const value = ([low, high], share) => low + share * (high - low);
-      for (let k = 0; k < ends.length; k += 4) {
-        const [left, right] = [value(tile.x, ends[k]), value(tile.x, ends[k + 2])];
-        const [low, high] = [value(tile.y, ends[k + 1]), value(tile.y, ends[k + 3])];
-        if (finer.some(({ x, y }) => within((left + right) / 2, x) && within((low + high) / 2, y))) continue;
-        line.x.push(left, right, null);
-        line.y.push(low, high, null);
-      }
-    });
-    return line.x.length ? [line] : [];
-  });
-}
 const within = (value, [low, high]) => low <= value && value <= high;
 
 // The lines below the plane: what is under the pointer, and how far the tiles are.
 function say(seenTiles = seen()) {
-  const { done, total, failed, waitingFor } = tiles.progress();
+  const progress = tiles.progress();
+  const isRefining = progress.done < progress.total || Boolean(sweeping);
   const { x: across, y: up } = levels();
-  const parts = [troubleText, linkText, errorText];
-  if (choosing) parts.push("Computing the grazing curve of the machine.");
-  if (!seenTiles.length && waitingFor) parts.push(`Waiting for ${waitingFor}.`);
-  else if (done < total || sweeping) parts.push("Refining …");
-  if (failed) parts.push(`${failed} of ${total} tiles failed.`);
-  if (seenTiles.length && STARTS[state.policy].means) parts.push(STARTS[state.policy].means);
-  parts.push(...curves.pending().map((what) => `Computing ${what}.`));
-  Object.assign(byId("progress"), { max: total, value: done, className: done === total && !sweeping ? "done" : "" });
-  if (across.ended || up.ended)
-    parts.push("Double precision ends here: neighbouring points would be less than 64 roundings apart.");
-  else if (roundOffDecides(seenTiles))
-    parts.push("Round-off decides nearly all labels here: a closer look shows no more.");
-  byId("says").className = parts.slice(0, 3).some(Boolean) ? "wrong" : ""; // which has room on a phone too
-  byId("says").textContent = parts.filter(Boolean).join(" ");
-  if (!place) {
-    byId("reading").textContent = UNREAD;
-    return;
-  }
-  const at = plane.value(place);
-  const value = (name, number, interval) => {
-    const { text, quantity } = parameter(name, state.machine);
-    const label = name === "omega" ? "ω =" : text;
-    const [read, low, high] = shown(state.machine, quantity, [number, ...interval]);
-    return `${label} ${toRead(read, high - low)}${unitOf(state.machine, quantity)}`;
-  };
-  const { horizontal, vertical } = state.plane;
-  const values = `${value(horizontal, at.x, state.x)}, ${value(vertical, at.y, state.y)}`;
+  const troubles = [troubleText, linkText, errorText].filter(Boolean);
+  const work = words.ofWork({
+    progress,
+    isRefining,
+    policy: state.policy,
+    hasPicture: seenTiles.length > 0,
+    isChoosing: Boolean(choosing),
+    pending: curves.pending(),
+    isEnded: across.ended || up.ended,
+    isSensitive: roundOffDecides(seenTiles),
+  });
+  Object.assign(byId("progress"), { max: progress.total, value: progress.done, className: isRefining ? "" : "done" });
+  byId("says").className = troubles.length ? "wrong" : ""; // which has room on a phone too
+  byId("says").textContent = [...troubles, work].join(" ");
+  byId("reading").textContent = place ? readingAt(plane.value(place), seenTiles) : UNREAD;
+}
+
+function readingAt(at, seenTiles) {
   const drawn = plane.markText(at) ?? plane.nearestLine(at)?.text;
-  const here = reading(seenTiles, at.x, at.y);
-  byId("reading").textContent = drawn ? `${values}: ${drawn}` : here ? `${values}: ${described(here)}` : values;
+  return words.ofPoint(state, at, { drawn, here: reading(seenTiles, at.x, at.y) });
 }
 
 // Shows the machine of the point under the pointer, or of the middle of the plane, in its motion there.
@@ -503,18 +467,6 @@ function live(seenTiles) {
     place: here,
     size: plane,
   });
-}
-
-function described({ label, verified, sensitive, preview, reason, figures }) {
-  const parts = [label];
-  if (verified) parts.push("verified");
-  else if (reason) parts.push(withoutRemedy(reason));
-  else if (sensitive) parts.push("sensitive to round-off");
-  if (preview) parts.push("preview");
-  if (state.policy !== "rest") parts.push(STARTS[state.policy].phrase);
-  for (const { layer, value } of figures)
-    parts.push(`${layer.text.toLowerCase()} ${withUnit(state.machine, layer.quantity, value)}`);
-  return parts.join("; ");
 }
 
 serve({
@@ -539,41 +491,6 @@ serve({
 
 // on a phone the plane comes first
 for (const name of ["legend", "machine"]) byId(`${name}-section`).open = !isPhone();
-for (const [value, { text, description = "" }] of Object.entries(LAYERS))
-  byId("layer").append(element("option", { value, textContent: text, title: description }));
-byId("layer").addEventListener("change", ({ target }) => {
-  change({ layer: target.value });
-  remember();
-});
-for (const [quantity, units] of Object.entries(UNITS)) {
-  byId(`unit-${quantity}`).append(
-    ...Object.keys(units).map((unit) => element("option", { value: unit, textContent: unit })),
-  );
-  byId(`unit-${quantity}`).addEventListener("change", ({ target }) => {
-    change({ units: { ...state.units, [quantity]: target.value } });
-    form.show(state.machine);
-    planeForm.show(state);
-    remember();
-    if (state.at) openPanel();
-  });
-}
-for (const [value, { text, means = "" }] of Object.entries(STARTS))
-  byId("policy").append(element("option", { value, textContent: text, title: means }));
-byId("policy").addEventListener("change", ({ target: { value: policy } }) => {
-  const layer = hasLayer(policy, LAYERS[state.layer]) ? state.layer : STANDARD.layer;
-  change({ policy, layer });
-  showPolicy();
-  remember();
-  if (state.at) openPanel();
-});
-byId("curves").addEventListener("change", ({ target }) => {
-  change({ curves: target.checked ? "all" : "grazing" });
-  remember();
-});
-byId("borders").addEventListener("change", ({ target }) => {
-  change({ borders: target.checked });
-  remember();
-});
 byId("zoom-in").addEventListener("click", () => plane.zoom(2));
 byId("zoom-out").addEventListener("click", () => plane.zoom(0.5));
 byId("home").addEventListener("click", act.home);

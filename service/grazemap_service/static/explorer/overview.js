@@ -1,8 +1,9 @@
 // The grazing curve over all frequencies of a machine, in which a window is chosen.
-import { compute, isAborted } from "./api.js";
+import { compute } from "./api.js";
 import { chart, extent, onDrag } from "./charts.js";
 import { byId, numberOf } from "./dom.js";
 import * as requests from "./requests.js";
+import { structureOf } from "./structures.js";
 import { toRead } from "./ticks.js";
 import { inSI, named, shown } from "./units.js";
 
@@ -51,7 +52,8 @@ export class Overview {
     this.curve = null;
     const { signal } = this.#abort;
     try {
-      const { data: linear } = await compute("structures", requests.structure(machine), { signal });
+      const linear = await structureOf(machine);
+      if (signal.aborted) return;
       const modes = linear.natural_frequencies.filter((omega) => omega > 0);
       const range = { start: BELOW * modes[0], stop: ABOVE * modes[modes.length - 1], points: POINTS };
       const { data } = await compute("grazing-curves", requests.curve(machine, range), { signal });
@@ -60,7 +62,7 @@ export class Overview {
       this.curve = { x: data.omega, y: data.clearance ?? firstTouched(data) };
       byId("overview-says").textContent = "";
     } catch (error) {
-      if (!isAborted(error)) byId("overview-says").textContent = error.message;
+      if (!signal.aborted) byId("overview-says").textContent = error.message;
     }
   }
 

@@ -126,6 +126,8 @@ export class Plane {
     pen.fillStyle = style.backgroundColor;
     pen.fillRect(0, 0, this.canvas.clientWidth, this.canvas.clientHeight);
     this.#paintTiles(pen);
+    pen.fillStyle = `rgb(0 0 0 / ${style.getPropertyValue("--shade")})`;
+    pen.fillRect(0, 0, this.width, this.height);
     for (const line of this.scene.lines ?? []) this.#paintLine(pen, line);
     for (const { mark } of this.#apart()) this.#paintMark(pen, mark);
     if (this.scene.at) this.#paintCross(pen, this.scene.at, ink);
