@@ -7,6 +7,9 @@ const count = (number) => (number === -2 ? "∞" : number < 0 ? `(${number})` : 
 
 export const labelOf = (period, right, left) => `${period}-${count(right)}r-${count(left)}l`;
 
+// Whether no stop is touched in a motion of this name.
+export const isFree = (label) => label.endsWith("-(-1)r-(-1)l");
+
 // The names of attractors, of which those of one name are numbered from the second on.
 export const numbered = (names) =>
   names.map((name, k) => {

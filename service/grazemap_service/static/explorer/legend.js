@@ -1,6 +1,6 @@
 // The legend: the motions in the view, which one switches off and on, or the ramp of a value.
 import { byId, element, swatch } from "./dom.js";
-import { NAMED } from "./labels.js";
+import { NAMED, isFree } from "./labels.js";
 import { LAYERS, percent } from "./layers.js";
 import { toRead } from "./ticks.js";
 import { named, shown } from "./units.js";
@@ -115,8 +115,9 @@ export class Legend {
   #entry(label, share) {
     const { colour, image } = this.colours.of(label);
     const part = element("small", { textContent: percent(share) });
+    const name = isFree(label) ? `${label}, no impacts` : label;
     const pressed = { type: "button", value: label, title: "Hide or show", "aria-pressed": !this.hidden.has(label) };
-    const button = element("button", pressed, swatch(colour, image), label, part);
+    const button = element("button", pressed, swatch(colour, image), name, part);
     button.addEventListener("click", () => {
       if (!this.hidden.delete(label)) this.hidden.add(label);
       this.changed();

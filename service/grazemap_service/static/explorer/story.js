@@ -2,6 +2,7 @@
 // show them. It ends when someone presses or moves the plane, and is not shown again unless asked for.
 import { byId, isPhone } from "./dom.js";
 import { forBrowser } from "./kept.js";
+import { isFree } from "./labels.js";
 import { besideLine, insides } from "./storyplaces.js";
 
 const SEEN = "grazemap-story";
@@ -14,7 +15,7 @@ const PHONE = { across: 0.3, apart: 0.06, part: { x: [0.16, 0.36], y: [0.4, 0.85
 const free = () => (isPhone() ? PHONE : WIDE);
 
 // A motion that repeats, with impacts.
-const hasRhythm = (label) => label !== null && /^\d/.test(label) && !label.endsWith("-(-1)r-(-1)l");
+const hasRhythm = (label) => label !== null && /^\d/.test(label) && !isFree(label);
 
 const YOURS = "Drag, zoom, click: it is yours.";
 
