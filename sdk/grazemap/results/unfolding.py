@@ -386,8 +386,8 @@ class UnfoldingMap(
     def explore(self, *, height: int = 640) -> ExplorerPage:
         """Return the map in the page of the service that computed it, where one drags, zooms and clicks.
 
-        Below a notebook's cell the page is shown; in a terminal its address is. The page shows maps from rest over
-        ranges of forcing frequency and clearance, and says so of others.
+        Below a notebook's cell the page is shown; in a terminal its address is. The page shows maps over ranges of two
+        parameters, from rest, swept, or from random states, and says so of others.
 
         Parameters
         ----------

@@ -84,23 +84,41 @@ def test_the_first_window_comes_as_previews_then_verified_in_the_colours_of_pict
     assert {palette.NAMED["1-1r-1l"], palette.NAMED["1-2r-2l"]} <= set(seen[:8])
 
 
-def test_an_address_opens_a_map_that_another_client_has_computed(watched: Watched, url: str) -> None:
-    request = {
-        "omega": {"start": 0.36, "stop": 0.40, "points": 48},
-        "clearance": {"right": {"start": 0.6, "stop": 0.9, "points": 48}, "left": None},
-        "max_periods": 300,
-    }
+def over(first: tuple[float, float], points: int = 48) -> dict[str, float]:
+    """Return an interval as a range of the API."""
+    return {"start": first[0], "stop": first[1], "points": points}
+
+
+@pytest.mark.parametrize(
+    ("request_", "says"),
+    [
+        ({"omega": over((0.36, 0.40)), "clearance": {"right": over((0.6, 0.9)), "left": None}}, "machine=.*right"),
+        (
+            {
+                "horizontal": {"vary": "omega", "values": over((0.28, 0.30))},
+                "vertical": {"vary": "restitution", "values": over((0.5, 0.9))},
+                "clearance": {"right": 1.6, "left": None},
+                "policy": "sweep-up",
+            },
+            "restitution=.*policy=sweep-up.*machine=.*right",
+        ),
+    ],
+    ids=["clearance", "restitution"],
+)
+def test_an_address_opens_a_map_that_another_client_has_computed(
+    watched: Watched, url: str, request_: dict[str, object], says: str
+) -> None:
     with Client(url) as client:
-        job = client.submit("unfolding-maps", request)
+        job = client.submit("unfolding-maps", request_ | {"max_periods": 300})
         umap = job.wait(120).result()
     page = watched.page
     page.route("**/v1/unfolding-maps", lambda _: None)  # no tile of the page comes
     page.goto(f"{url}/#map={job.id}")
     expect(page.locator("#legend")).to_contain_text(umap.motions()[0].label, timeout=WAIT)
     row, column = 30, 12
-    page.mouse.move(*place(page, umap.omega[column], umap.clearance[row]))
+    page.mouse.move(*place(page, umap.horizontal[column], umap.vertical[row]))
     expect(page.locator("#reading")).to_contain_text(f": {umap.labels()[row, column]}")
-    expect(page).to_have_url(re.compile("machine=.*right"))
+    expect(page).to_have_url(re.compile(says))
     expect(page).not_to_have_url(re.compile("map="))
 
 

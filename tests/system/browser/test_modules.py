@@ -179,3 +179,62 @@ def test_attractors_of_one_name_look_different_and_are_numbered(page: Page) -> N
     assert len({entry["swatch"] for entry in entries}) == len(names)
     labels = [entry["text"].partition(":")[0] for entry in entries]
     assert labels == ["1-1r-1l", "1-2r-1l", "1-2r-1l, 2", "1-2r-1l, 3", "7-9r-8l", "7-9r-8l, 2"]
+
+
+STORED = """async ([machine, plane, policy]) => {
+    const requests = await import("/requests.js");
+    const { viewOf } = await import("/stored.js");
+    const across = { start: 0.25, stop: 0.75, points: 3 };
+    const up = { start: 1.125, stop: 1.875, points: 4 };
+    return viewOf(requests.map(machine, plane, across, up, { policy }));
+}"""
+
+
+@pytest.mark.parametrize("policy", ["rest", "sweep-up", "ensemble"])
+@pytest.mark.parametrize(
+    ("horizontal", "vertical"),
+    [("omega", "clearance"), ("restitution", "clearance"), ("omega", "damping"), ("masses[2]", "forcing")],
+)
+@pytest.mark.parametrize("stops", ["equal", "right", "left", "unequal"])
+def test_a_map_that_the_page_asks_for_is_opened_in_the_view_that_asked(
+    page: Page, stops: str, horizontal: str, vertical: str, policy: str
+) -> None:
+    machine = {"oscillator": {"masses": [1, 2]}, "stops": stops, "left": 1.5 if stops == "unequal" else None}
+    machine["periods"] = 300
+    varied = (horizontal, vertical)
+    plane = {"horizontal": horizontal, "vertical": vertical}
+    plane |= {"omega": None if "omega" in varied else 0.3, "clearance": None if "clearance" in varied else 1.25}
+    view = page.evaluate(STORED, [machine, plane, policy])
+    assert view == {"machine": machine, "plane": plane, "policy": policy, "x": [0.125, 0.875], "y": [1, 2]}
+
+
+@pytest.mark.parametrize(("horizontal", "clearance"), [("omega", 2.5), ("clearance", None)])
+def test_a_map_over_the_left_stop_has_it_in_the_middle(page: Page, horizontal: str, clearance: float | None) -> None:
+    machine = {"oscillator": {"masses": [1, 2]}, "stops": "unequal", "left": 1.5, "periods": 300}
+    plane = {"horizontal": horizontal, "vertical": "clearance_left", "clearance": clearance}
+    plane["omega"] = None if horizontal == "omega" else 0.3
+    view = page.evaluate(STORED, [machine, plane, "rest"])
+    assert (view["machine"], view["plane"]) == (machine, plane)
+
+
+NO_VIEW = """async (request) => (await import("/stored.js")).viewOf(request)"""
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"horizontal": {"vary": "omega", "values": [0.25, 0.5]}},  # no range
+        {"horizontal": {"vary": "contact_mass", "values": {"start": 1, "stop": 2, "points": 3}}},  # no parameter
+        {"vertical": {"vary": "clearance", "values": {"start": 0.1, "stop": 2.1, "points": 3}}},  # it begins below zero
+        {"policy": "ensemble", "initial_conditions": [[0, 0]]},
+        {"policy": "grid"},
+    ],
+)
+def test_a_map_that_the_page_cannot_ask_for_has_no_view(page: Page, changed: dict[str, object]) -> None:
+    request = {
+        "horizontal": {"vary": "omega", "values": {"start": 0.25, "stop": 0.75, "points": 3}},
+        "vertical": {"vary": "clearance", "values": {"start": 1.125, "stop": 1.875, "points": 4}},
+        "max_periods": 400,
+    }
+    assert page.evaluate(NO_VIEW, request) is not None
+    assert page.evaluate(NO_VIEW, request | changed) is None

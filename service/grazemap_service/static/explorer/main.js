@@ -544,13 +544,15 @@ addEventListener("pageshow", ({ persisted }) => {
 const asked = address.mapOf(location.hash);
 const stored = asked && (await storedMap(asked).catch((error) => error));
 if (asked) {
-  const { machine, x, y } = stored;
   const { embed } = address.read(location.hash, STANDARD).state;
-  const there = machine ? { ...STANDARD, machine: { ...STANDARD.machine, ...machine }, x, y, embed } : STANDARD;
+  const { machine, ...view } = stored.view ?? { machine: {} };
+  const there = stored.view ? { ...STANDARD, ...view, machine: { ...STANDARD.machine, ...machine }, embed } : STANDARD;
   history.replaceState(null, "", address.write(there));
 }
 await restore();
 if (isBare && !Story.wasSeen) story.begin();
 if (stored instanceof Error) fail(stored);
 else if (stored?.points)
-  tiles.add({ ...stored, data: await stored.data(), name: `map ${asked}`, id: asked, family: familyOf() }).catch(fail);
+  tiles
+    .add({ ...stored, ...stored.view, data: await stored.data(), name: `map ${asked}`, id: asked, family: familyOf() })
+    .catch(fail);
