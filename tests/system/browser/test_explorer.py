@@ -16,7 +16,7 @@ from typing import Any
 import httpx2
 import numpy as np
 import pytest
-from playwright.sync_api import Route, expect
+from playwright.sync_api import Page, Route, expect
 
 import grazemap
 import grazemap_service
@@ -188,7 +188,16 @@ def test_marks_that_cover_one_another_say_so(small: Watched, url: str) -> None:
     expect(page.locator("#reading")).to_contain_text("more here: zoom in", timeout=WAIT)
 
 
-def test_previews_leave_motions_open(small: Watched, url: str) -> None:
+PREVIEW_ALPHA = 0.75  # of the colours of what is not verified yet
+
+
+def most_frequent(page: Page) -> Any:
+    """Return the colour of most points of the plane, without the strips of the axes."""
+    colours, counts = np.unique(picture(page)[50:-50, 100:-50].reshape(-1, 3), axis=0, return_counts=True)
+    return colours[np.argmax(counts)].astype(float)
+
+
+def test_previews_are_paler_and_leave_motions_open(small: Watched, url: str) -> None:
     held: list[Route] = []
 
     def answer(route: Route) -> None:
@@ -204,11 +213,16 @@ def test_previews_leave_motions_open(small: Watched, url: str) -> None:
     expect(page.locator("#legend")).to_contain_text("not decided yet", timeout=WAIT)
     soon(page, lambda: held)  # all previews have come
     expect(page.locator("#legend")).not_to_contain_text("unresolved")
+    largest = page.locator("#legend button[value] .swatch").first.evaluate(
+        "(square) => square.style.backgroundColor.match(/\\d+/g).map(Number)"
+    )
+    assert most_frequent(page) == pytest.approx(255 - PREVIEW_ALPHA * (255 - np.array(largest)), abs=2)  # paler
     page.route("**/v1/unfolding-maps", lambda route: route.continue_())
     for route in held:
         route.continue_()
     verified(page)
     expect(page.locator("#legend")).not_to_contain_text("not decided yet")
+    assert most_frequent(page) == pytest.approx(largest, abs=2)
 
 
 def test_legend_and_layers_ask_nothing(watched: Watched, url: str) -> None:

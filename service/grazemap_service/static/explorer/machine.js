@@ -12,6 +12,8 @@ const LISTS = ["masses", "stiffnesses", "forcing"];
 const OF_CHAIN = ["masses", "stiffnesses", "damping"]; // what matrices stand in place of
 const TYPING_PAUSE = 300;
 
+const idOf = ({ oscillator, stops, left }) => JSON.stringify([oscillator, stops, left]);
+
 const textOf = (name, value) => {
   if (value === undefined) return "";
   // elsewhere a list of one number keeps its brackets: a damping that is a number is not a list of dampings
@@ -57,7 +59,7 @@ export class MachineForm {
     this.chosen = chosen;
     this.form = byId("machine");
     const presets = Object.entries(PRESETS).map(([value, { text }]) => element("option", { value, textContent: text }));
-    byId("preset").append(element("option", { value: "", textContent: "choose …" }), ...presets);
+    byId("preset").append(element("option", { value: "", textContent: "another machine" }), ...presets);
     byId("preset").addEventListener("change", ({ target }) => this.#preset(PRESETS[target.value]));
     this.form.addEventListener("input", ({ target }) => {
       this.#touched.add(target.name);
@@ -100,6 +102,8 @@ export class MachineForm {
 
   show(machine) {
     const { oscillator, stops, left, periods } = machine;
+    const isThis = ([, preset]) => idOf(preset.machine) === idOf(machine);
+    byId("preset").value = Object.entries(PRESETS).find(isThis)?.[0] ?? "";
     const { units = "nondimensional", ...others } = complete(oscillator);
     const fields = this.form.elements;
     fields.units.value = units;

@@ -6,6 +6,7 @@ import { isPhone } from "./dom.js";
 const EDGES = { side: 60, strip: 26, font: 12 };
 const PHONE_EDGES = { side: 46, strip: 22, font: 10 };
 const STRIP_ALPHA = 0.8;
+const PREVIEW_ALPHA = 0.75;
 const PALE = 0.35; // of the motions, until the values of another layer come
 const MARK = 10; // pixels within which marks cover one another, and a pointer is at one
 const SETTLED_AFTER = 250; // milliseconds without a further step, after which a window is a place in the history
@@ -125,7 +126,7 @@ export class Plane {
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     pen.fillStyle = style.backgroundColor;
     pen.fillRect(0, 0, this.canvas.clientWidth, this.canvas.clientHeight);
-    this.#paintTiles(pen);
+    this.#paintTiles(pen, PREVIEW_ALPHA);
     pen.fillStyle = `rgb(0 0 0 / ${style.getPropertyValue("--shade")})`;
     pen.fillRect(0, 0, this.width, this.height);
     for (const line of this.scene.lines ?? []) this.#paintLine(pen, line);
@@ -162,7 +163,8 @@ export class Plane {
     return [left, top, whole(this.#px(x[1])) - left, whole(this.#py(y[0])) - top];
   }
 
-  #paintTiles(pen) {
+  // Previews, of which nothing is verified, are paler where `ofPreviews` says so.
+  #paintTiles(pen, ofPreviews = 1) {
     pen.imageSmoothingEnabled = false;
     for (const { image, x, y } of this.scene.below ?? []) {
       const place = this.#rectangle(x, y);
@@ -171,10 +173,12 @@ export class Plane {
       pen.drawImage(image, ...place);
       pen.globalAlpha = 1;
     }
-    for (const { image, x, y } of this.scene.tiles ?? []) {
+    for (const { image, x, y, preview } of this.scene.tiles ?? []) {
       const place = this.#rectangle(x, y);
       pen.fillRect(...place); // a point without a colour does not show the coarser tile below
+      pen.globalAlpha = preview ? ofPreviews : 1;
       pen.drawImage(image, ...place);
+      pen.globalAlpha = 1;
     }
   }
 
