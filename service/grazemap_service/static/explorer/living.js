@@ -7,6 +7,7 @@ import * as requests from "./requests.js";
 const APART = 60; // milliseconds between two questions
 const KEPT = 60; // answers
 const GAP = 18; // pixels from the pointer
+const OVER_PLANE = "header, aside, footer, #tools, #story"; // what floats over the figure
 const SHOWN = { periods: 8, samples: 32 };
 
 export class Living {
@@ -39,12 +40,25 @@ export class Living {
     const { style } = this.figure;
     this.figure.hidden = this.figure.hidden && !this.animation.time;
     const { offsetWidth, offsetHeight } = this.figure;
-    const beside = (at, size, whole) => {
-      const there = at + GAP + size < whole ? at + GAP : at - GAP - size;
-      return `${Math.max(0, Math.min(there, whole - size))}px`;
-    };
-    style.left = beside(px, offsetWidth, width);
-    style.top = beside(py, offsetHeight, height);
+    const covers = [
+      { left: px, right: px + 1, top: py, bottom: py + 1 },
+      ...[...document.querySelectorAll(OVER_PLANE)].map((card) => card.getBoundingClientRect()),
+    ];
+    const common = (low, size, least, most) => Math.max(0, Math.min(low + size, most) - Math.max(low, least));
+    const hidden = (/** @type {number[]} */ [left, top]) =>
+      covers.reduce(
+        (sum, box) =>
+          sum + common(left, offsetWidth, box.left, box.right) * common(top, offsetHeight, box.top, box.bottom),
+        0,
+      );
+    const beside = (at, size, whole) =>
+      [at + GAP, at - GAP - size].map((start) => Math.max(0, Math.min(start, whole - size)));
+    const corners = beside(px, offsetWidth, width).flatMap((left) =>
+      beside(py, offsetHeight, height).map((top) => [left, top]),
+    );
+    const [left, top] = corners.reduce((best, corner) => (hidden(corner) < hidden(best) ? corner : best));
+    style.left = `${left}px`;
+    style.top = `${top}px`;
   }
 
   async #ask() {
