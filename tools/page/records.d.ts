@@ -61,6 +61,7 @@ type Line = {
   type?: string;
   dashed?: boolean;
   thin?: boolean;
+  isGraze?: boolean;
 };
 type Mark = { x: number; y: number; shape: string; colour: string; text: string; [how: string]: any };
 type Drawn = { lines: Line[]; marks: Mark[] };

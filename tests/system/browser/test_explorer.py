@@ -440,7 +440,7 @@ def test_the_form_shows_errors_beside_fields_and_natural_frequencies(watched: Wa
     expect(page.locator("#modes")).to_contain_text("0.4189, damping ratio 0.02095")
     expect(page.get_by_role("img", name="3 masses: mass 1 between two stops.")).to_be_visible()
     form = page.locator("#machine")
-    low, high = page.get_by_label("ω from"), page.locator("#overview").get_by_label("to")
+    low, high = page.get_by_label("Frequency from"), page.locator("#overview").get_by_label("to")
     high.fill("0.3")
     for text, message in (
         ("abc", "“abc” is not a number"),

@@ -10,6 +10,7 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page
 
@@ -238,3 +239,85 @@ def test_a_map_that_the_page_cannot_ask_for_has_no_view(page: Page, changed: dic
     }
     assert page.evaluate(NO_VIEW, request) is not None
     assert page.evaluate(NO_VIEW, request | changed) is None
+
+
+WORDS = """async ([label, stops]) => (await import("/motionwords.js")).inWords(label, { stops })"""
+
+
+@pytest.mark.parametrize(
+    ("label", "stops", "words"),
+    [
+        ("1-1r-1l", "equal", "Every period: 1 hit on the right, 1 hit on the left"),
+        ("3-(-1)r-2l", "unequal", "Every 3 periods: no hit on the right, 2 hits on the left"),
+        ("2-3r-(-1)l", "right", "Every 2 periods: 3 hits"),
+        ("2-(-1)r-3l", "left", "Every 2 periods: 3 hits"),
+        ("1-∞r-(-1)l", "right", "Every period: a series of hits that comes to rest"),
+        ("1-(-1)r-(-1)l", "equal", "Every period the same, and no stop is hit"),
+        ("chaotic", "equal", "It never repeats, and small differences grow"),
+        ("an own name", "equal", ""),
+    ],
+)
+def test_a_motion_is_told_in_words(page: Page, label: str, stops: str, words: str) -> None:
+    assert page.evaluate(WORDS, [label, stops]) == words
+
+
+SPEEDS = """async (impacts) => (await import("/motionwords.js")).speedsOf(impacts, " m/s")"""
+
+
+def test_the_speeds_of_hits_are_told(page: Page) -> None:
+    impacts = {"kind": ["impact", "stick", "impact"], "velocity": [0.25, 0.001, -0.125]}
+    assert page.evaluate(SPEEDS, impacts) == ", at 0.125 to 0.25 m/s"
+    assert page.evaluate(SPEEDS, {"kind": ["impact"], "velocity": [-0.5]}) == ", at 0.5 m/s"
+    assert page.evaluate(SPEEDS, {"kind": [], "velocity": []}) == ""
+
+
+MOVING = """async (oscillator) => {
+    const { moving } = await import("/moving.js");
+    const path = {
+        time: [0, 1, 2],
+        displacement: [[1, 2, 3], [4, 5, 6]],
+        impacts: { time: [], stop: [], velocity: [] },
+        motion: { kind: "periodic", period: 1 },
+    };
+    const { masses, struck, bearer } = moving({ oscillator, stops: "equal", left: null }, [1, 7], path, "#000000");
+    return { masses: masses.length, struck, bearer };
+}"""
+
+
+@pytest.mark.parametrize(
+    ("fields", "shown"),
+    [
+        ({}, {"masses": 2, "struck": 0, "bearer": None}),
+        ({"contact": 2}, {"masses": 2, "struck": 1, "bearer": None}),
+        ({"contact": [1, 2]}, {"masses": 2, "struck": 0, "bearer": 1}),  # the stops are on mass 2
+        ({"contact": {"row": [1, -0.5]}}, {"masses": 1, "struck": 0, "bearer": None}),
+        ({"matrices": {}}, {"masses": 1, "struck": 0, "bearer": None}),
+    ],
+)
+def test_the_animation_shows_the_masses_and_where_the_stops_are(
+    page: Page, fields: dict[str, object], shown: dict[str, object]
+) -> None:
+    assert page.evaluate(MOVING, {"masses": [1, 2]} | fields) == shown
+
+
+COLOURS_OF_VALUES = """async (preview) => {
+    const { LAYERS, paint } = await import("/layers.js");
+    const { Colours } = await import("/labels.js");
+    const tile = {
+        points: 2, preview, labels: ["1-1r-1l", "1-(-1)r-(-1)l"], motion: [0, 0, 1, 1], verified: [1, 1, 1, 1],
+        lyapunov: [-0.5, NaN, NaN, NaN],
+    };
+    const drawn = paint(tile, "exponent", { hidden: new Set(), range: [-1, 1, false], colours: new Colours(palette) });
+    return [...drawn.getContext("2d").getImageData(0, 0, 2, 2).data];
+}"""
+
+
+def test_points_without_a_value_show_where_nothing_is_hit_and_what_a_preview_knows(page: Page) -> None:
+    calm, valued, none = ((0, 0), (1, 0), (1, 1))
+    image = np.reshape(page.evaluate(COLOURS_OF_VALUES, False), (2, 2, 4))
+    assert image[valued][3] == image[calm][3] == 255
+    assert image[none][3] == 0
+    paler = np.reshape(page.evaluate(COLOURS_OF_VALUES, True), (2, 2, 4))
+    assert np.array_equal(paler[valued], image[valued])
+    assert paler[none][3] == 255  # pale: the motion that the preview knows
+    assert paler[calm][:3].min() > image[calm][:3].min()

@@ -15,14 +15,16 @@ export class Animation {
     this.hit = hit;
   }
 
-  // `masses` are the displacements [mass][time] that are drawn; `stops` are [left, right], null where absent, and those
-  // of the first mass. `impacts` are { time, stop, speed }. After `loop` of the motion's time it begins again.
-  show({ time, masses, stops, period, loop, impacts, colour }) {
+  // `masses` are the displacements [mass][time] that are drawn; `stops` are [left, right], null where absent, beside the
+  // mass that is `struck`, on the ground or on a `bearer`, another mass. `impacts` are { time, stop, speed }. After `loop` of the motion's time it begins again.
+  show({ time, masses, struck, bearer, stops, period, loop, impacts, colour }) {
     const wasPlaying = this.playing;
     this.stop();
     const sizes = [...stops.filter((stop) => stop !== null), ...masses.flat()].map(Math.abs);
     this.time = time;
     this.masses = masses;
+    this.struck = struck;
+    this.bearer = bearer;
     this.stops = stops;
     this.period = period;
     this.loop = loop;
@@ -100,7 +102,7 @@ export class Animation {
       spring(pen, place(k) + size / 2, k + 1 < places.length ? place(k + 1) - size / 2 : width - wall, middle, height);
     pen.fillRect(width - wall, middle - floor, wall, 2 * floor);
     for (let k = 0; k < places.length; k++) {
-      pen.fillStyle = k ? ink : this.colour;
+      pen.fillStyle = k === this.struck ? this.colour : ink;
       pen.beginPath();
       pen.roundRect(place(k) - size / 2, middle - size / 2, size, size, 3);
       pen.fill();
@@ -108,10 +110,18 @@ export class Animation {
     }
     // the stops reach the mass from above and below, so that its spring passes between them
     const thick = 5;
+    const ground = home(this.struck) + (this.bearer === null ? 0 : places[this.bearer] * this.scale * reach);
     this.stops.forEach((stop, k) => {
       if (stop === null) return;
       const side = k ? 1 : -1;
-      const x = home(0) + stop * this.scale * reach + (side * size) / 2;
+      const x = ground + stop * this.scale * reach + (side * size) / 2;
+      if (this.bearer !== null) {
+        pen.beginPath();
+        pen.moveTo(place(this.bearer), middle - size / 2);
+        pen.lineTo(place(this.bearer), middle - size);
+        pen.lineTo(x, middle - size);
+        pen.stroke();
+      }
       pen.fillStyle = hits.has(side) ? style.getPropertyValue("--error") : ink;
       for (const top of [middle - size, middle + size / 4])
         pen.fillRect(side > 0 ? x : x - thick, top, thick, 0.75 * size);

@@ -3,8 +3,8 @@ import { drawnAxes, layout, path, scales } from "./axes.js";
 import { drawing } from "./dom.js";
 
 const SIZE = { width: 320, height: 200 };
-const MARGIN = { left: 62, right: 8, top: 8, bottom: 36 };
-const SMALL = { left: 44, right: 6, top: 6, bottom: 30 };
+const MARGIN = { left: 62, right: 14, top: 8, bottom: 36 };
+const SMALL = { left: 44, right: 12, top: 6, bottom: 32 };
 const FONT = 11; // as in the style sheet
 const SMALLEST_BAND = 4;
 const ROUND_OFF = 1e-9; // share of values below which their differences say nothing

@@ -37,7 +37,7 @@ const along = ([low, high], share) => low + share * (high - low);
 /** @param {Tile[]} tiles  @param {string} colour  @returns {Line[]} */
 export function grazes(tiles, colour) {
   return ["right", "left"].flatMap((stop) => {
-    const line = { x: [], y: [], colour, text: TEXTS[stop] };
+    const line = { x: [], y: [], colour, text: TEXTS[stop], isGraze: true };
     tiles.forEach((tile, number) => {
       const ends = tile[`graze_${stop}`] ?? [];
       const finer = tiles.slice(number + 1);

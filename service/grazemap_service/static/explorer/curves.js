@@ -183,11 +183,13 @@ export class Curves {
     const lines = [];
     if (curve) {
       const grazes = (stop) =>
-        `Grazing curve: on it the steady motion just touches the ${stop}; above it that motion stays clear of the ${stop}.`;
-      if (curve.clearance) lines.push({ x: curve.omega, y: curve.clearance, colour: ink, text: grazes("stops") });
+        `Grazing curve: on it the steady motion just touches the ${stop}, at speed zero; above it that motion stays clear, ` +
+        "beside motions that hit.";
+      if (curve.clearance)
+        lines.push({ x: curve.omega, y: curve.clearance, colour: ink, text: grazes("stops"), isGraze: true });
       for (const stop of ["right", "left"]) {
         const values = curve[`clearance_${stop}`];
-        if (values) lines.push({ x: curve.omega, y: values, colour: ink, text: grazes(`${stop} stop`) });
+        if (values) lines.push({ x: curve.omega, y: values, colour: ink, text: grazes(`${stop} stop`), isGraze: true });
       }
     }
     const beside = this.answer("beside");

@@ -1,5 +1,5 @@
 // What the colours of the plane mean: the motion, or a value of every point.
-import { onRamp } from "./labels.js";
+import { isFree, onRamp } from "./labels.js";
 
 // `field` is that of a map; `quantity`, or an SI unit, tells its unit; a map must be asked for `observables` and
 // `policy`.
@@ -11,13 +11,13 @@ export const LAYERS = {
     field: "lyapunov",
     unit: "per forcing period",
     diverging: true,
-    white: "it was not measured, as the motion is unresolved or not decided yet",
+    white: "it was not measured, as the motion is unresolved",
   },
   speed: {
     text: "Minimum impact speed",
     field: "least_impact_velocity",
     quantity: "velocity",
-    white: "the motion has no impacts, or is not periodic",
+    white: "the motion is not periodic, or not decided",
   },
   number: {
     text: "Number of motions",
@@ -41,7 +41,7 @@ export function addObservables(observables) {
       quantity: unit,
       observables: [name],
       description,
-      white: "it has no value, or the motion is unresolved or not decided yet",
+      white: "the motion has no such value, or is not decided",
     };
   }
 }
@@ -50,6 +50,7 @@ const UNVERIFIED_SHADE = 0.55;
 const SHARE_IN_RANGE = 0.98;
 const SHADES = 256; // of a ramp
 const FAR = 0.5;
+export const PALE = 0.35; // of the colours of motions, until the values of a layer come
 const ROUND = [1, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10]; // times a power of ten, where a ramp may end
 const MOST_COUNTED = 1024; // points of a window, along a side, that are counted
 
@@ -114,12 +115,19 @@ function ramp(diverging) {
   return ramps.get(diverging);
 }
 
-function ofValues(values, diverging, range) {
-  if (!values || !range) return () => 0;
+// Points without a value show their motion: pale in a preview, and in other tiles where it has no impacts.
+function ofValues(tile, field, { diverging, range, colours }) {
+  const values = tile[field];
+  const others = tile.labels.map((label) => {
+    if (!tile.preview) return isFree(label) ? packed(colours.of(label).channels) : 0;
+    return packed(colours.of(label).channels.map((value) => Math.round(255 - PALE * (255 - value))));
+  });
+  if (!values || !range) return (k) => others[tile.motion[k]];
   const pixels = ramp(diverging);
   const [low, high] = range;
   const place = (value) => Math.round(((value - low) / (high - low)) * (SHADES - 1));
-  return (k) => (Number.isFinite(values[k]) ? pixels[Math.min(SHADES - 1, Math.max(0, place(values[k])))] : 0);
+  return (k) =>
+    Number.isFinite(values[k]) ? pixels[Math.min(SHADES - 1, Math.max(0, place(values[k])))] : others[tile.motion[k]];
 }
 
 // Paints a tile on a canvas of one pixel a point.
@@ -131,7 +139,7 @@ export function paint(tile, layer, { hidden, range, colours }) {
   const image = pen.createImageData(n, n);
   const pixels = new Uint32Array(image.data.buffer);
   const { field, diverging } = LAYERS[layer];
-  const pixelOf = field ? ofValues(tile[field], diverging, range) : ofMotions(tile, hidden, colours);
+  const pixelOf = field ? ofValues(tile, field, { diverging, range, colours }) : ofMotions(tile, hidden, colours);
   for (let row = 0; row < n; row++)
     for (let column = 0; column < n; column++)
       pixels[(n - 1 - row) * n + column] = pixelOf(row * n + column, row, column);

@@ -1,6 +1,7 @@
 // The legend: the motions in the view, which one switches off and on, or the ramp of a value.
 import { byId, element, swatch } from "./dom.js";
 import { NAMED, isFree } from "./labels.js";
+import { inWords } from "./motionwords.js";
 import { LAYERS, percent } from "./layers.js";
 import { toRead } from "./ticks.js";
 import { named, shown } from "./units.js";
@@ -59,6 +60,8 @@ export class Legend {
   // Shows the motions with their shares, the largest first, or the range of a layer's values.
   show(state, motions, range) {
     const { field } = LAYERS[state.layer];
+    this.machine = state.machine;
+    byId("legend-key").hidden = Boolean(field);
     byId("ramp").hidden = !field;
     byId("legend").hidden = Boolean(field);
     if (field) this.#showRamp(state, range);
@@ -74,7 +77,7 @@ export class Legend {
     const text = range
       ? `${name}: ${value(range[0])} to ${value(range[1])}${range[2] ? " or more" : ""}`
       : `${name}: comes with the complete tiles; the motions stand, pale`;
-    return { text, white: `White: ${white}.` };
+    return { text, white: `White: ${white}. Cream: no impacts; pale: motions, until the values come.` };
   }
 
   #showRamp(state, range) {
@@ -87,7 +90,7 @@ export class Legend {
   #showMotions(all) {
     const most = this.#isWhole ? NAMED : FIRST;
     const first = all.slice(0, most);
-    const signature = JSON.stringify([first, all.length, [...this.hidden], this.colours.version]);
+    const signature = JSON.stringify([first, all.length, [...this.hidden], this.colours.version, this.machine.stops]);
     if (signature === this.#shown) return; // so that a button keeps the focus
     this.#shown = signature;
     const focused = document.activeElement?.getAttribute("value");
@@ -116,7 +119,9 @@ export class Legend {
     const { colour, image } = this.colours.of(label);
     const part = element("small", { textContent: percent(share) });
     const name = isFree(label) ? `${label}, no impacts` : label;
-    const pressed = { type: "button", value: label, title: "Hide or show", "aria-pressed": !this.hidden.has(label) };
+    const words = inWords(label, this.machine);
+    const title = words ? `${words}. Press to hide or show it.` : "Press to hide or show it.";
+    const pressed = { type: "button", value: label, title, "aria-pressed": !this.hidden.has(label) };
     const button = element("button", pressed, swatch(colour, image), name, part);
     button.addEventListener("click", () => {
       if (!this.hidden.delete(label)) this.hidden.add(label);

@@ -1,6 +1,7 @@
 // The machine beside the pointer, in the motion of the point under it.
 import { compute, isAborted } from "./api.js";
 import { Animation } from "./animation.js";
+import { element } from "./dom.js";
 import { isStill, moving } from "./moving.js";
 import * as requests from "./requests.js";
 
@@ -28,10 +29,11 @@ export class Living {
     this.animation.stop();
   }
 
-  // Shows a machine at [omega, clearance] beside a place on the canvas, in the colour and with the name of its motion.
-  show({ machine, at, colour, text, place, size }) {
+  // Shows a machine at [omega, clearance] beside a place on the canvas, in the colour of its motion, with its name and
+  // `words` for it.
+  show({ machine, at, colour, text, words, place, size }) {
     this.#put(place, size);
-    this.figure.querySelector("figcaption").textContent = text;
+    this.figure.querySelector("figcaption").replaceChildren(text, element("small", { textContent: words }));
     this.#next = { machine, at, colour };
     this.#ask();
   }

@@ -179,6 +179,9 @@ export class MachineForm {
     try {
       const data = await structureOf(machine);
       if (signal.aborted) return null;
+      byId("machine-notes").replaceChildren(
+        ...(data.meta.notes ?? []).map(({ detail }) => element("li", { textContent: detail })),
+      );
       byId("sketch").replaceChildren(...sketch(machine));
       const ratios = data.damping_ratios;
       const frequency = (value) => withUnit(machine, "frequency", value);

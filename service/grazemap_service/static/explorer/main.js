@@ -2,6 +2,7 @@
 // the public API only.
 import { serve } from "./api.js";
 import * as address from "./address.js";
+import { AxisForm } from "./axisform.js";
 import { grazes } from "./contours.js";
 import { Curves, NAMES } from "./curves.js";
 import { byId, isPhone } from "./dom.js";
@@ -17,12 +18,12 @@ import { followed } from "./links.js";
 import { Living } from "./living.js";
 import { MachineForm } from "./machine.js";
 import { arrangeMenus } from "./menus.js";
+import { inWords } from "./motionwords.js";
 import { Overview } from "./overview.js";
 import { USUAL, intervalAbout, isUsual, parameter, placeOf, valueOf } from "./parameters.js";
 import { Plane } from "./plane.js";
 import { PlaneForm } from "./planeform.js";
 import { PointPanel } from "./point.js";
-import { PointForm } from "./pointform.js";
 import { PRESETS } from "./presets.js";
 import * as requests from "./requests.js";
 import { Sliders } from "./sliders.js";
@@ -40,6 +41,7 @@ const MOST_SENSITIVE = 0.9; // share of labels that round-off may change, above 
 const ORDER_AGAIN = 400; // milliseconds, after which the tiles under the pointer come first
 const ROOMY = 1000; // pixels of height at which the legend has room below an open point
 const SWEEP_AFTER = 300; // milliseconds after the last step of a window
+const WINDOW_DIGITS = 6;
 const SLIDE_AGAIN = 150; // milliseconds between the machines of a slider that moves
 
 const { paper } = PRESETS;
@@ -55,8 +57,11 @@ let state = STANDARD;
 let ofPoint = { lines: [], marks: [] }; // what the point draws into the plane
 let before = []; // the tiles that were in sight last, until those of another machine come
 let place = null; // where the pointer is on the canvas of the plane; null: elsewhere
+const NEAR_GRAZE =
+  "The motion without impacts just touches a stop here, at speed zero; from rest the machine may come to another motion.";
 const UNREAD = byId("reading").textContent;
 let rested = null; // where the pointer was last
+let foldsLegend = false; // whether the open point has folded the legend
 let errorText = "";
 let linkText = ""; // what is wrong with the link, until the next move
 let troubleText = "";
@@ -89,7 +94,8 @@ const act = {
   settled: () => remember(),
   pick: (at, { byKey = false } = {}) => {
     if (!plane.holds(at) || !hasControl(state.embed, "point")) return;
-    open(ofPixel(at));
+    const there = plane.markAt(at);
+    open(there ? [there.x, there.y] : ofPixel(at));
     if (byKey) byId("point-name").focus();
   },
   point: (at) => {
@@ -111,6 +117,10 @@ const plane = new Plane(byId("plane"), act);
 new Gestures(plane, act);
 const point = new PointPanel({
   colours,
+  hidden: () => {
+    if (foldsLegend) byId("legend-section").open = true;
+    foldsLegend = false;
+  },
   drawn: (made) => {
     ofPoint = made;
     refresh();
@@ -160,8 +170,18 @@ const viewForm = new ViewForm((part) => {
   remember();
   if (state.at && (part.units || part.policy)) openPanel();
 });
-const pointForm = new PointForm({
+const windowForm = new AxisForm("window-form", {
   domains,
+  digits: WINDOW_DIGITS,
+  valuesOf: ({ x, y }) => [...address.endsOf(x), ...address.endsOf(y)],
+  chosen: ([left, right, low, high]) => {
+    plane.fit({ x: [left, right], y: [low, high] });
+    byId("view-section").open = false;
+  },
+});
+const pointForm = new AxisForm("point-form", {
+  domains,
+  valuesOf: ({ at }) => at,
   chosen: ([x, y]) => {
     const { x: across, y: up } = domains();
     plane.go({ x: around(x, state.x, across), y: around(y, state.y, up) }, { now: true });
@@ -208,7 +228,7 @@ const legend = new Legend({ colours, names: NAMES, changed: () => refresh() });
 const overview = new Overview({
   chosen: (window) => {
     usual();
-    plane.go(window, { now: true });
+    plane.fit(window);
   },
 });
 
@@ -341,11 +361,15 @@ const around = (value, [low, high], [least, most]) => {
 
 function openPanel() {
   if (!hasControl(state.embed, "point")) return;
-  if (innerHeight < ROOMY) byId("legend-section").open = false;
+  if (innerHeight < ROOMY && byId("legend-section").open) {
+    byId("legend-section").open = false;
+    foldsLegend = true;
+  }
   const [x, y] = state.at;
   const here = state.policy === "rest" ? null : reading(seen(), x, y);
   const start = here && `On the map, ${STARTS[state.policy].phrase}: ${here.label}. Below is the motion from rest.`;
-  point.show({ ...state, note: [start, plane.markText({ x, y })].filter(Boolean).join(" ") });
+  const note = plane.markText({ x, y }) ?? (plane.nearestLine({ x, y })?.isGraze ? NEAR_GRAZE : null);
+  point.show({ ...state, note: [start, note].filter(Boolean).join(" ") });
 }
 
 const seen = () => tiles.within(family(), state);
@@ -405,6 +429,7 @@ function show() {
   };
   plane.draw();
   viewForm.show(state);
+  windowForm.show(state);
   pointForm.show(state);
   legend.show(state, motions, range);
   legend.explain(plane.scene, state);
@@ -449,13 +474,24 @@ function readingAt(at, seenTiles) {
   return words.ofPoint(state, at, { drawn, here: reading(seenTiles, at.x, at.y) });
 }
 
+// Marks a place on the plane, or none.
+function mark(spot) {
+  if (spot?.px === plane.spot?.px && spot?.py === plane.spot?.py) return;
+  plane.spot = spot;
+  plane.draw();
+}
+
 // Shows the machine of the point under the pointer, or of the middle of the plane, in its motion there.
 function live(seenTiles) {
-  if (choosing || !plane.view || (isPhone() && state.at)) return living.hide();
+  if (choosing || !plane.view || (isPhone() && state.at)) {
+    mark(null);
+    return living.hide();
+  }
   rested = place ?? (story.point && plane.place(story.point)) ?? rested ?? plane.middle;
   const here = rested;
   const value = plane.value(here);
   if (!plane.holds(value)) return living.hide();
+  mark(place || story.point ? null : here);
   const known = reading(seenTiles, value.x, value.y);
   const { machine, at } = placeOf(state.machine, state.plane, known?.at ?? ofPixel(value));
   const isFromRest = known && state.policy === "rest"; // as the machine that is shown
@@ -464,6 +500,7 @@ function live(seenTiles) {
     at,
     colour: isFromRest ? colours.of(known.label).colour : palette.kinds.other,
     text: isFromRest ? known.label : state.policy === "rest" ? "" : STARTS.rest.phrase,
+    words: isFromRest ? inWords(known.label, machine) : "",
     place: here,
     size: plane,
   });

@@ -6,11 +6,15 @@ export function moving(machine, at, path, colour) {
   const { time, displacement, impacts, motion } = path;
   const period = (2 * Math.PI) / at[0];
   const whole = time[time.length - 1] - time[0];
-  const isChain = (machine.oscillator?.contact ?? 1) === 1 && !machine.oscillator?.matrices;
+  const { contact = 1, matrices } = machine.oscillator ?? {};
+  const isChain = !matrices && !contact.row;
+  const [struck, bearer] = Array.isArray(contact) ? contact : [contact, null];
   const repeats = motion.kind === "periodic" ? motion.period * period : whole;
   return {
     time,
-    masses: isChain ? displacement : [contactOf(machine, displacement)],
+    ...(isChain
+      ? { masses: displacement, struck: struck - 1, bearer: bearer && bearer - 1 }
+      : { masses: [contactOf(machine, displacement)], struck: 0, bearer: null }),
     stops: stopsOf(machine, at[1]),
     period,
     loop: Math.min(whole, repeats),

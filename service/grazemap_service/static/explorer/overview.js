@@ -5,9 +5,10 @@ import { byId, numberOf } from "./dom.js";
 import * as requests from "./requests.js";
 import { structureOf } from "./structures.js";
 import { toRead } from "./ticks.js";
-import { inSI, named, shown } from "./units.js";
+import { inSI, named, shown, withUnit } from "./units.js";
 
 const POINTS = 801;
+const RESOLVED = 0.98; // of a peak, in the points beside it, for the peak to be told
 const BELOW = 0.3;
 const ABOVE = 1.6; // times the lowest and the highest natural frequency
 const LOWEST = 0.15;
@@ -82,7 +83,24 @@ export class Overview {
     });
     onDrag(drawn, extent(x, 0), (...part) => this.#choose(...part.map((value) => inSI(machine, "frequency", value))));
     byId("overview-chart").replaceChildren(drawn);
+    byId("overview-most").textContent = view ? this.#most(machine, view.x) : "";
     if (view) [from.value, to.value] = ends.map((value) => toRead(value, ends[1] - ends[0]));
+  }
+
+  // The largest clearance of the curve between two frequencies, in words.
+  #most(machine, [low, high]) {
+    const { x, y } = this.curve;
+    const inside = x.flatMap((omega, k) => (low <= omega && omega <= high && y[k] > 0 ? [k] : []));
+    if (!inside.length) return "";
+    const k = inside.reduce((best, other) => (y[other] > y[best] ? other : best));
+    const [before, top, after] = [k - 1, k, k + 1].map((near) => y[near] ?? y[k]);
+    if (Math.min(before, after) < RESOLVED * top) return ""; // a peak between the points of the curve
+    const isPeak = before < top && after < top;
+    const most = isPeak ? top + (before - after) ** 2 / (16 * top - 8 * before - 8 * after) : top;
+    return (
+      `In the window the motion without impacts needs a clearance of up to ${withUnit(machine, "length", most)}, near ` +
+      `${withUnit(machine, "frequency", x[k])}. Motions with impacts may exist above that, too.`
+    );
   }
 
   // The window of a part of the frequencies, about the curve there; null without a curve there.

@@ -1,17 +1,18 @@
 // The canvas of the plane: the window that it shows, and its picture of tiles, curves, marks and axes.
 import { layout, paintAxes } from "./axes.js";
 import { isPhone } from "./dom.js";
+import { PALE } from "./layers.js";
 
 // The strips with the axes, over the picture: widths of the one on the left and the one below, and the size of letters.
 const EDGES = { side: 60, strip: 26, font: 12 };
 const PHONE_EDGES = { side: 46, strip: 22, font: 10 };
 const STRIP_ALPHA = 0.8;
 const PREVIEW_ALPHA = 0.75;
-const PALE = 0.35; // of the motions, until the values of another layer come
 const MARK = 10; // pixels within which marks cover one another, and a pointer is at one
 const SETTLED_AFTER = 250; // milliseconds without a further step, after which a window is a place in the history
 
 export class Plane {
+  spot = null; // a place on the canvas that is marked
   box = null; // the rectangle that is being dragged, { from, to }
   #edges = EDGES;
   #settling = null;
@@ -93,6 +94,22 @@ export class Plane {
     else this.#settling = setTimeout(() => this.act.settled(view), SETTLED_AFTER);
   }
 
+  // Shows a window whole beside the strips of the axes.
+  fit({ x, y }) {
+    const { side, strip } = this.#edges;
+    const wider = ([low, high], size, covered, least) => [
+      Math.max(least, high - ((high - low) * size) / (size - covered)),
+      high,
+    ];
+    this.go(
+      {
+        x: wider(x, this.width, side, this.domains.x[0]),
+        y: wider(y, this.height, strip, this.domains.y[0]),
+      },
+      { now: true },
+    );
+  }
+
   pan(dx, dy) {
     const shifted = ([low, high], by, [least, most]) => {
       const step = Math.min(Math.max(least - low, by * (high - low)), Math.max(0, most - high));
@@ -131,6 +148,7 @@ export class Plane {
     pen.fillRect(0, 0, this.width, this.height);
     for (const line of this.scene.lines ?? []) this.#paintLine(pen, line);
     for (const { mark } of this.#apart()) this.#paintMark(pen, mark);
+    if (this.spot) this.#paintSpot(pen, this.spot);
     if (this.scene.at) this.#paintCross(pen, this.scene.at, ink);
     if (this.box) this.#paintBox(pen);
     pen.fillStyle = style.backgroundColor;
@@ -226,6 +244,20 @@ export class Plane {
     pen.stroke();
   }
 
+  // Marks the place whose machine is shown while no pointer is there.
+  #paintSpot(pen, { px, py }) {
+    pen.beginPath();
+    pen.arc(px, py, 5, 0, 2 * Math.PI);
+    for (const [width, stroke] of [
+      [4, "#FFFFFF"],
+      [2, "#000000"],
+    ]) {
+      pen.lineWidth = width;
+      pen.strokeStyle = stroke;
+      pen.stroke();
+    }
+  }
+
   #paintCross(pen, { x, y }, ink) {
     const px = this.#px(x);
     const py = this.#py(y);
@@ -304,11 +336,21 @@ export class Plane {
     return groups;
   }
 
-  // What the mark within reach of a point of the plane says.
-  markText(point) {
+  #nearest(point) {
     const [nearest] = this.#apart()
       .filter(({ mark }) => this.#distance(mark, point) < MARK)
       .sort((group, other) => this.#distance(group.mark, point) - this.#distance(other.mark, point));
+    return nearest ?? null;
+  }
+
+  // The mark within reach of a point of the plane; null: none.
+  markAt(point) {
+    return this.#nearest(point)?.mark ?? null;
+  }
+
+  // What that mark says.
+  markText(point) {
+    const nearest = this.#nearest(point);
     if (!nearest) return null;
     const { mark, others } = nearest;
     return others ? `${mark.text} ${others} more here: zoom in.` : mark.text;

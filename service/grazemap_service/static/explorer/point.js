@@ -7,12 +7,14 @@ import { byId, element, swatch } from "./dom.js";
 import { showBasins, showBranch, showCurves } from "./further.js";
 import { explain, showLonger, showOthers, verdictOf } from "./others.js";
 import { USUAL, parameter, placeOf } from "./parameters.js";
+import { isFree } from "./labels.js";
 import { withoutRemedy } from "./layers.js";
+import { inWords, speedsOf } from "./motionwords.js";
 import { isStill, moving } from "./moving.js";
 import * as requests from "./requests.js";
 import { knock } from "./sound.js";
 import { toRead } from "./ticks.js";
-import { entry, named, shown, unitOf } from "./units.js";
+import { entry, named, shown, symbolOf, unitOf } from "./units.js";
 
 const READ_DIGITS = 6; // of a number in another unit
 const PERIODS_SHOWN = 12;
@@ -26,9 +28,10 @@ export class PointPanel {
   #animation = new Animation(byId("animation"), { hit: (share) => this.#isLoud && knock(share) });
 
   // `colours` are those of motions; `drawn` is called with the { lines, marks } of the point in the plane, `closed` when
-  // the point is closed.
-  constructor({ colours, drawn, closed }) {
+  // a person closes the point, `hidden` when none is shown any more.
+  constructor({ colours, drawn, closed, hidden }) {
     this.colours = colours;
+    this.hidden = hidden;
     this.drawn = drawn;
     byId("close-point").addEventListener("click", closed);
     byId("sound").addEventListener("click", ({ target }) => {
@@ -49,6 +52,11 @@ export class PointPanel {
   }
 
   clear() {
+    this.#leave();
+    this.hidden();
+  }
+
+  #leave() {
     this.#abort.abort();
     this.#animation.stop();
     byId("point-section").hidden = true;
@@ -66,7 +74,7 @@ export class PointPanel {
   // Shows the motion at the point of a state of the page, with a `note`; `machine` and `at`, [omega, clearance], are
   // those there.
   async show(state) {
-    this.clear();
+    this.#leave();
     this.#abort = new AbortController();
     const { machine, at } = placeOf(state.machine, state.plane, state.at);
     this.machine = machine;
@@ -90,12 +98,13 @@ export class PointPanel {
         : [`${text} ${entry(machine, quantity, state.at[k], READ_DIGITS)}${unitOf(machine, quantity)}`];
     });
     byId("point-place").textContent = [
-      `ω = ${entry(machine, "frequency", at[0], READ_DIGITS)}${frequency}`,
+      `${symbolOf(machine)} = ${entry(machine, "frequency", at[0], READ_DIGITS)}${frequency}`,
       `${parameter("clearance", machine).text} ${entry(machine, "length", at[1], READ_DIGITS)}${length}`,
       ...others,
     ].join(", ");
     byId("ask-branch").textContent = `Follow the branch over the ${parameter(state.plane.vertical, machine).text}`;
     byId("point-name").textContent = "Computing …";
+    byId("point-words").textContent = "";
     byId("point-figures").replaceChildren();
     byId("multipliers").replaceChildren();
     this.orbit = null;
@@ -136,6 +145,7 @@ export class PointPanel {
     const { label, why } = motion.kind === "unresolved" ? await this.#ofMap() : { label: motion.label ?? motion.kind };
     const units = (quantity) => unitOf(machine, quantity);
     byId("point-name").replaceChildren(swatch(this.colours.of(label).colour, this.colours.of(label).image), label);
+    byId("point-words").textContent = `${inWords(label, machine)}${isFree(label) ? "" : speedsOf(path.impacts, units("velocity"))}.`;
     byId("point-why").textContent = [why, this.state.note].filter(Boolean).join(" ");
     const stops = stopsOf(machine, at[1]);
     const { time: times, q: displacements, v } = withImpacts(machine, path, stops);

@@ -64,5 +64,10 @@ export function unitOf(machine, quantity) {
 export const withUnit = (machine, quantity, value) =>
   toRead(shown(machine, quantity, value)) + unitOf(machine, quantity);
 
+// How a frequency is written in the unit that is read.
+const SYMBOLS = { Hz: "f", rpm: "n" };
+export const symbolOf = (machine) => (isSI(machine) && SYMBOLS[chosen.frequency]) || "ω";
+
 // What an axis or a field is called: "clearance (m)".
-export const named = (text, machine, quantity) => text + unitOf(machine, quantity).replace(/ (.+)/, " ($1)");
+export const named = (text, machine, quantity) =>
+  text.replace(/ω$/, symbolOf(machine)) + unitOf(machine, quantity).replace(/ (.+)/, " ($1)");

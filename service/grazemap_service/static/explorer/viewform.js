@@ -32,7 +32,11 @@ export class ViewForm {
   show(state) {
     this.state = state;
     byId("layer").value = state.layer;
-    for (const choice of byId("layer").options) choice.disabled = !hasLayer(state.policy, LAYERS[choice.value]);
+    for (const choice of byId("layer").options) {
+      const layer = LAYERS[choice.value];
+      choice.disabled = !hasLayer(state.policy, layer);
+      choice.textContent = choice.disabled ? `${layer.text} (of ${STARTS[layer.policy].text})` : layer.text;
+    }
     byId("policy").value = state.policy;
     byId("curves").checked = state.curves === "all";
     byId("borders").checked = state.borders;

@@ -3,7 +3,9 @@ import { withoutRemedy } from "./layers.js";
 import { parameter } from "./parameters.js";
 import { STARTS } from "./starts.js";
 import { toRead } from "./ticks.js";
-import { shown, unitOf, withUnit } from "./units.js";
+import { shown, symbolOf, unitOf, withUnit } from "./units.js";
+
+const midSentence = (text) => (text.startsWith("Lyapunov") ? text : text.toLowerCase());
 
 // What is known of a point of a tile, as `reading` has it.
 /** @param {any} known  @param {State} state */
@@ -15,7 +17,7 @@ function described({ label, verified, sensitive, preview, reason, figures }, { p
   if (preview) parts.push("preview");
   if (policy !== "rest") parts.push(STARTS[policy].phrase);
   for (const { layer, value } of figures)
-    parts.push(`${layer.text.toLowerCase()} ${withUnit(machine, layer.quantity, value)}`);
+    parts.push(`${midSentence(layer.text)} ${withUnit(machine, layer.quantity, value)}`);
   return parts.join("; ");
 }
 
@@ -24,7 +26,7 @@ function described({ label, verified, sensitive, preview, reason, figures }, { p
 export function ofPoint(state, at, { drawn, here }) {
   const value = (name, number, interval) => {
     const { text, quantity } = parameter(name, state.machine);
-    const label = name === "omega" ? "ω =" : text;
+    const label = name === "omega" ? `${symbolOf(state.machine)} =` : text;
     const [read, low, high] = shown(state.machine, quantity, [number, ...interval]);
     return `${label} ${toRead(read, high - low)}${unitOf(state.machine, quantity)}`;
   };
