@@ -62,6 +62,7 @@ type Line = {
   dashed?: boolean;
   thin?: boolean;
   isGraze?: boolean;
+  isBorder?: boolean;
 };
 type Mark = { x: number; y: number; shape: string; colour: string; text: string; [how: string]: any };
 type Drawn = { lines: Line[]; marks: Mark[] };

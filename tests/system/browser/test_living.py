@@ -38,7 +38,7 @@ FOLLOW = """([label, colour]) => {
     const frame = () => new Promise(requestAnimationFrame);
     const pen = new OffscreenCanvas(canvas.width, canvas.height).getContext("2d", { willReadFrequently: true });
     const isThere = () => {
-        if (living.hidden || living.querySelector("figcaption").textContent !== label) return false;
+        if (living.hidden || living.querySelector("figcaption").firstChild.textContent !== label) return false;
         pen.clearRect(0, 0, canvas.width, canvas.height);
         pen.drawImage(canvas, 0, 0);
         const { data } = pen.getImageData(0, 0, canvas.width, canvas.height);

@@ -1,26 +1,35 @@
 // Lines on which a value of the points of a tile is zero, as where the steady motion touches a stop.
 
+// The places of n points along a side in shares of it, with the ends, and their values there, which go on straight.
+const shares = (n) => [0, ...Array.from({ length: n }, (_, k) => (k + 0.5) / n), 1];
+function toTheEnds(values) {
+  const [first, second] = values;
+  const [before, last] = values.slice(-2);
+  return [first - (second - first) / 2, ...values, last + (last - before) / 2];
+}
+
 // The zeros of values of n x n points, a row after the other from below, as the ends of short lines in shares of the
-// tile's sides: x0, y0, x1, y1, and so on. Between two points the value is taken to be linear.
+// tile's sides: x0, y0, x1, y1, and so on. Between two points, and as far as the edges, the value is taken to be linear.
 export function zeros(values, n) {
+  const rows = Array.from({ length: n }, (_, row) => toTheEnds([...values.subarray(row * n, (row + 1) * n)]));
+  const columns = rows[0].map((_, column) => toTheEnds(rows.map((row) => row[column])));
+  const at = shares(n);
   const ends = [];
-  const share = (k) => (k + 0.5) / n;
-  for (let row = 0; row + 1 < n; row++)
-    for (let column = 0; column + 1 < n; column++) {
+  for (let row = 0; row + 1 < at.length; row++)
+    for (let column = 0; column + 1 < at.length; column++) {
       const corners = [
         [column, row],
         [column + 1, row],
         [column + 1, row + 1],
         [column, row + 1],
       ];
-      const at = corners.map(([i, j]) => values[j * n + i]);
       const crossed = [];
       for (let k = 0; k < 4; k++) {
-        const [start, end] = [at[k], at[(k + 1) % 4]];
+        const [[i, j], [to, up]] = [corners[k], corners[(k + 1) % 4]];
+        const [start, end] = [columns[i][j], columns[to][up]];
         if (start < 0 === end < 0 || !Number.isFinite(start + end)) continue;
         const part = start / (start - end);
-        const [[i, j], [to, up]] = [corners[k], corners[(k + 1) % 4]];
-        crossed.push(share(i + part * (to - i)), share(j + part * (up - j)));
+        crossed.push(at[i] + part * (at[to] - at[i]), at[j] + part * (at[up] - at[j]));
       }
       ends.push(...crossed.slice(0, 2 * 2 * Math.floor(crossed.length / 4)));
     }

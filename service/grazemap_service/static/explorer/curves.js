@@ -214,7 +214,14 @@ export class Curves {
       const motions = [label(row, column), upwards ? label(row + 1, column) : label(row, column + 1)];
       const why = explained(borders, k);
       const name = `Border between ${motions.sort().join(" and ")}: ${why}`;
-      const line = lines.get(name) ?? { x: [], y: [], colour: this.palette.ink, thin: true, text: name };
+      const line = lines.get(name) ?? {
+        x: [],
+        y: [],
+        colour: this.palette.ink,
+        thin: true,
+        isBorder: true,
+        text: name,
+      };
       lines.set(name, line);
       const between = (axis, number) => (axis[number] + axis[number + 1]) / 2;
       const beside = (axis, number) => [-1, 1].map((side) => axis[number] + (side * (axis[1] - axis[0])) / 2);

@@ -1,5 +1,5 @@
 // What the colours of the plane mean: the motion, or a value of every point.
-import { isFree, onRamp } from "./labels.js";
+import { OPEN, isFree, onRamp } from "./labels.js";
 
 // `field` is that of a map; `quantity`, or an SI unit, tells its unit; a map must be asked for `observables` and
 // `policy`.
@@ -11,20 +11,20 @@ export const LAYERS = {
     field: "lyapunov",
     unit: "per forcing period",
     diverging: true,
-    white: "it was not measured, as the motion is unresolved",
+    missing: "it was not measured, as the motion is unresolved",
   },
   speed: {
     text: "Minimum impact speed",
     field: "least_impact_velocity",
     quantity: "velocity",
-    white: "the motion is not periodic, or not decided",
+    missing: "the motion is not periodic, or not decided",
   },
   number: {
     text: "Number of motions",
     field: "motions_found",
     policy: "ensemble",
     isCount: true,
-    white: "no state was followed to a motion",
+    missing: "no state was followed to a motion",
   },
 };
 
@@ -41,7 +41,7 @@ export function addObservables(observables) {
       quantity: unit,
       observables: [name],
       description,
-      white: "the motion has no such value, or is not decided",
+      missing: "the motion has no such value, or is not decided",
     };
   }
 }
@@ -115,11 +115,11 @@ function ramp(diverging) {
   return ramps.get(diverging);
 }
 
-// Points without a value show their motion: pale in a preview, and in other tiles where it has no impacts.
+// Points without a value show their motion: pale in a preview, and in other tiles where it has no impacts; else they are grey.
 function ofValues(tile, field, { diverging, range, colours }) {
   const values = tile[field];
   const others = tile.labels.map((label) => {
-    if (!tile.preview) return isFree(label) ? packed(colours.of(label).channels) : 0;
+    if (!tile.preview) return packed(colours.of(isFree(label) ? label : OPEN).channels);
     return packed(colours.of(label).channels.map((value) => Math.round(255 - PALE * (255 - value))));
   });
   if (!values || !range) return (k) => others[tile.motion[k]];

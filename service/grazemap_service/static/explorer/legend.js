@@ -27,6 +27,10 @@ export class Legend {
         text: `${type}: ${name}`,
       })),
       { isSeen: ({ dashed }) => dashed, text: "Dashed: no motion follows it, as its orbits are not admissible." },
+      {
+        isSeen: ({ isBorder }) => isBorder,
+        text: "Thin dark lines: borders between motions; point at one to read why it is there.",
+      },
       { isSeen: ({ thin, type }) => thin && type, text: "Thin: the motion is unstable on both sides." },
       {
         isSeen: ({ shape }) => shape === "circle",
@@ -52,7 +56,7 @@ export class Legend {
   }
 
   // What the legend says of what is in sight: { motions, ramp, meanings }. Motions are { label, share }, meanings
-  // { text, before, numbered } with their colours; `ramp` is { text, white, diverging } where values are shown.
+  // { text, before, numbered } with their colours; `ramp` is { text, missing, diverging } where values are shown.
   get inSight() {
     return { ...this.#inSight, meanings: this.#meanings.filter(({ item }) => !item.hidden) };
   }
@@ -71,18 +75,18 @@ export class Legend {
   }
 
   #rampOf({ layer, machine }, range) {
-    const { text: what, unit = "", quantity, white } = LAYERS[layer];
+    const { text: what, unit = "", quantity, missing } = LAYERS[layer];
     const name = `${named(what, machine, quantity)}${unit && ` ${unit}`}`;
     const value = (end) => toRead(shown(machine, quantity, end));
     const text = range
       ? `${name}: ${value(range[0])} to ${value(range[1])}${range[2] ? " or more" : ""}`
       : `${name}: comes with the complete tiles; the motions stand, pale`;
-    return { text, white: `White: ${white}. Cream: no impacts; pale: motions, until the values come.` };
+    return { text, missing: `Grey: ${missing}. Cream: no impacts; pale: motions, until the values come.` };
   }
 
   #showRamp(state, range) {
-    const { text, white } = this.#rampOf(state, range);
-    byId("ramp-white").textContent = white;
+    const { text, missing } = this.#rampOf(state, range);
+    byId("ramp-missing").textContent = missing;
     byId("ramp").className = LAYERS[state.layer].diverging ? "diverging" : "sequential";
     byId("ramp-text").textContent = text;
   }

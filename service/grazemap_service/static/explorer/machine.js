@@ -86,6 +86,7 @@ export class MachineForm {
 
   // Says whether the form has another machine than the plane.
   #mark(changed) {
+    byId("overview-chart").classList.toggle("of-another", changed);
     byId("show-machine").textContent = changed ? "Show this machine (changed)" : "Show this machine";
   }
 

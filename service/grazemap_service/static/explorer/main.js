@@ -61,6 +61,7 @@ const NEAR_GRAZE =
   "The motion without impacts just touches a stop here, at speed zero; from rest the machine may come to another motion.";
 const UNREAD = byId("reading").textContent;
 let rested = null; // where the pointer was last
+let isWatched = true; // the plane, and not a point that was opened, until the pointer moves again
 let foldsLegend = false; // whether the open point has folded the legend
 let errorText = "";
 let linkText = ""; // what is wrong with the link, until the next move
@@ -94,12 +95,12 @@ const act = {
   settled: () => remember(),
   pick: (at, { byKey = false } = {}) => {
     if (!plane.holds(at) || !hasControl(state.embed, "point")) return;
-    const there = plane.markAt(at);
-    open(there ? [there.x, there.y] : ofPixel(at));
+    open(pointAt(at));
     if (byKey) byId("point-name").focus();
   },
   point: (at) => {
     place = at;
+    isWatched = true;
     const seenTiles = seen();
     say(seenTiles);
     live(seenTiles);
@@ -338,6 +339,14 @@ async function restore() {
   showEmbedded();
 }
 
+// The point that is meant by a place on the plane: that of a mark, or the computed one, if it is as near as a few pixels.
+function pointAt(at, seenTiles = seen()) {
+  const near = plane.markAt(at);
+  if (near) return [near.x, near.y];
+  const own = reading(seenTiles, at.x, at.y)?.at;
+  return own && plane.areNear(at, { x: own[0], y: own[1] }) ? own : ofPixel(at);
+}
+
 // A point with the digits that a pixel has.
 function ofPixel({ x, y }) {
   const [across, up] = [state.x, state.y].map(([low, high]) => high - low);
@@ -346,6 +355,7 @@ function ofPixel({ x, y }) {
 
 function open(at) {
   story.end();
+  isWatched = false;
   state.at = at;
   openPanel();
   remember();
@@ -463,6 +473,7 @@ function say(seenTiles = seen()) {
     isEnded: across.ended || up.ended,
     isSensitive: roundOffDecides(seenTiles),
   });
+  if (!isRefining && seenTiles.length) home?.complete();
   Object.assign(byId("progress"), { max: progress.total, value: progress.done, className: isRefining ? "" : "done" });
   byId("says").className = troubles.length ? "wrong" : ""; // which has room on a phone too
   byId("says").textContent = [...troubles, work].join(" ");
@@ -471,7 +482,8 @@ function say(seenTiles = seen()) {
 
 function readingAt(at, seenTiles) {
   const drawn = plane.markText(at) ?? plane.nearestLine(at)?.text;
-  return words.ofPoint(state, at, { drawn, here: reading(seenTiles, at.x, at.y) });
+  const [x, y] = pointAt(at, seenTiles);
+  return words.ofPoint(state, { x, y }, { drawn, here: reading(seenTiles, at.x, at.y) });
 }
 
 // Marks a place on the plane, or none.
@@ -483,7 +495,7 @@ function mark(spot) {
 
 // Shows the machine of the point under the pointer, or of the middle of the plane, in its motion there.
 function live(seenTiles) {
-  if (choosing || !plane.view || (isPhone() && state.at)) {
+  if (choosing || !plane.view || (state.at && (isPhone() || !isWatched))) {
     mark(null);
     return living.hide();
   }
@@ -549,7 +561,7 @@ new Gallery({
 });
 listJobs();
 arrangeMenus();
-offer(() => {
+const home = offer(() => {
   const { x: across, y: up } = plane.centre;
   const middle = ({ x: [left, right], y: [low, high] }) =>
     Number(left <= across && across < right && low <= up && up < high);

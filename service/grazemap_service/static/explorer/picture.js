@@ -87,7 +87,7 @@ function writeLegend(column, { motions, ramp, meanings }, lookOf) {
     const bar = { x: column.x, y: column.y, width: column.width, height: SWATCH, fill: "url(#ramp)" };
     column.put(LINE, drawing("linearGradient", { id: "ramp" }, ...stops), drawing("rect", bar));
     column.write(ramp.text);
-    column.write(ramp.white, { fill: SOFT });
+    column.write(ramp.missing, { fill: SOFT });
   }
   for (const { label, share } of motions) {
     column.put(

@@ -8,6 +8,7 @@ const EDGES = { side: 60, strip: 26, font: 12 };
 const PHONE_EDGES = { side: 46, strip: 22, font: 10 };
 const STRIP_ALPHA = 0.8;
 const PREVIEW_ALPHA = 0.75;
+const NEAR = 4; // pixels between places that are one for a pointer
 const MARK = 10; // pixels within which marks cover one another, and a pointer is at one
 const SETTLED_AFTER = 250; // milliseconds without a further step, after which a window is a place in the history
 
@@ -334,6 +335,10 @@ export class Plane {
       else groups.push({ mark, others: 0 });
     }
     return groups;
+  }
+
+  areNear(point, other) {
+    return this.#distance(point, other) < NEAR;
   }
 
   #nearest(point) {

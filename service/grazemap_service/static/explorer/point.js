@@ -14,13 +14,19 @@ import { isStill, moving } from "./moving.js";
 import * as requests from "./requests.js";
 import { knock } from "./sound.js";
 import { toRead } from "./ticks.js";
-import { entry, named, shown, symbolOf, unitOf } from "./units.js";
+import { named, shown, symbolOf, unitOf } from "./units.js";
 
-const READ_DIGITS = 6; // of a number in another unit
 const PERIODS_SHOWN = 12;
 const HALF = { width: 160, height: 132 };
 const LOW = { width: 320, height: 110 };
 const least = (velocities) => (velocities.length ? Math.min(...velocities.map(Math.abs)) : null);
+
+// Whether there is no orbit with impacts as the motion has none.
+const isOfFree = ({ reason }) => Boolean(reason?.includes("without impacts"));
+
+// A multiplier with its sign, or the modulus of a complex one.
+const multiplierText = ([real, imaginary]) =>
+  imaginary ? `${toRead(Math.hypot(real, imaginary))}, the modulus of a complex pair` : toRead(real);
 
 export class PointPanel {
   #abort = new AbortController();
@@ -89,17 +95,19 @@ export class PointPanel {
     byId("unresolved-longer").textContent = "";
     byId("own-curves").textContent = "";
     byId("pictures").hidden = true;
-    const frequency = unitOf(machine, "frequency");
-    const length = unitOf(machine, "length");
+    const { plane, x, y } = state;
+    const widths = { [plane.horizontal]: x[1] - x[0], [plane.vertical]: y[1] - y[0] };
+    const read = (name, quantity, value) => {
+      const [number, width] = shown(machine, quantity, [value, widths[name] ?? value]);
+      return toRead(number, Math.abs(width)) + unitOf(machine, quantity);
+    };
     const others = ["horizontal", "vertical"].flatMap((axis, k) => {
       const { name, text, quantity } = parameter(state.plane[axis], machine);
-      return Object.hasOwn(USUAL, name)
-        ? []
-        : [`${text} ${entry(machine, quantity, state.at[k], READ_DIGITS)}${unitOf(machine, quantity)}`];
+      return Object.hasOwn(USUAL, name) ? [] : [`${text} ${read(name, quantity, state.at[k])}`];
     });
     byId("point-place").textContent = [
-      `${symbolOf(machine)} = ${entry(machine, "frequency", at[0], READ_DIGITS)}${frequency}`,
-      `${parameter("clearance", machine).text} ${entry(machine, "length", at[1], READ_DIGITS)}${length}`,
+      `${symbolOf(machine)} = ${read("omega", "frequency", at[0])}`,
+      `${parameter("clearance", machine).text} ${read("clearance", "length", at[1])}`,
       ...others,
     ].join(", ");
     byId("ask-branch").textContent = `Follow the branch over the ${parameter(state.plane.vertical, machine).text}`;
@@ -145,7 +153,8 @@ export class PointPanel {
     const { label, why } = motion.kind === "unresolved" ? await this.#ofMap() : { label: motion.label ?? motion.kind };
     const units = (quantity) => unitOf(machine, quantity);
     byId("point-name").replaceChildren(swatch(this.colours.of(label).colour, this.colours.of(label).image), label);
-    byId("point-words").textContent = `${inWords(label, machine)}${isFree(label) ? "" : speedsOf(path.impacts, units("velocity"))}.`;
+    byId("point-words").textContent =
+      `${inWords(label, machine)}${isFree(label) ? "" : speedsOf(path.impacts, units("velocity"))}.`;
     byId("point-why").textContent = [why, this.state.note].filter(Boolean).join(" ");
     const stops = stopsOf(machine, at[1]);
     const { time: times, q: displacements, v } = withImpacts(machine, path, stops);
@@ -217,14 +226,14 @@ export class PointPanel {
           ["isolated", yes(orbit.isolated)],
           ["admissible", yes(orbit.admissible)],
           ["stable", yes(orbit.stable)],
-          ["largest multiplier", toRead(Math.hypot(...(orbit.multipliers?.[0] ?? [NaN])))],
+          ["largest multiplier", multiplierText(orbit.multipliers?.[0] ?? [NaN, 0])],
           ["impacts in a forcing period", toRead(orbit.impact_rate)],
           ["minimum impact speed", `${toRead(least(orbit.velocities))}${units("velocity")}`],
           ["peak impact speed", `${toRead(orbit.peak_impact_speed)}${units("velocity")}`],
           ["dissipated power", `${toRead(orbit.dissipated_power)}${units("power")}`],
         ]
-      : [["periodic orbit", "none found"]];
-    if (orbit.reason) rows.push(["because", withoutRemedy(orbit.reason)]);
+      : [["periodic orbit", isOfFree(orbit) ? "the steady motion, without impacts" : "none found"]];
+    if (orbit.reason && !isOfFree(orbit)) rows.push(["because", withoutRemedy(orbit.reason)]);
     byId("point-figures").replaceChildren(
       ...rows.flatMap(([name, value]) => [element("dt", { textContent: name }), element("dd", { textContent: value })]),
     );

@@ -103,15 +103,25 @@ async function pictureOf(view) {
 // `now()` is { state, tiles, lines, marks, at, names, image, size, legend, lookOf, ranges }: all tiles of the view, the
 // middle one last, those that are not complete with their points alone; `ranges(most)` those of the points of the view.
 export function offer(now) {
+  let again = null; // saves the last picture anew
+  let waiting = null; // what is done when all tiles are there
+  const said = (error) => {
+    byId("copied").textContent = error.message;
+  };
+  byId("save-later").addEventListener("click", () => {
+    waiting = again;
+    byId("save-later").hidden = true;
+    byId("copied").textContent = "The picture will be saved when all tiles are there.";
+  });
   const address = new URL(".", location.href).href.replace(/\/$/, "");
   const on = (id, task) =>
     byId(id).addEventListener("click", async () => {
-      byId("to-copy").hidden = true;
+      byId("to-copy").hidden = byId("save-later").hidden = true;
       byId("copied").textContent = "";
       try {
         await task(now());
       } catch (error) {
-        byId("copied").textContent = error.message;
+        said(error);
       }
     });
   on("copy-link", () => copy(location.href, "The link was"));
@@ -120,9 +130,15 @@ export function offer(now) {
   on("copy-curl", async (view) => copy(asCurl(view.state, await limited(view), address), "The command was"));
   const savePicture = (kind, blobOf) =>
     on(`save-${kind}`, async (view) => {
-      const part = partOf(view.tiles);
-      save(`grazemap${part.name}.${kind}`, await blobOf(await pictureOf(view)));
-      byId("copied").textContent = part.text;
+      await savedPicture(view);
+      again = () => savedPicture(now()).catch(said);
+      byId("save-later").hidden = !partOf(view.tiles).name;
+
+      async function savedPicture(seen) {
+        const part = partOf(seen.tiles);
+        save(`grazemap${part.name}.${kind}`, await blobOf(await pictureOf(seen)));
+        byId("copied").textContent = part.text;
+      }
     });
   savePicture("png", asPng);
   savePicture("svg", (svg) => new Blob([asText(svg)], { type: "image/svg+xml" }));
@@ -138,4 +154,11 @@ export function offer(now) {
     const answer = await send(`v1/jobs/${tile.id}/result`, { headers: { Accept: "application/x-npz" } });
     save(`grazemap-${tile.id.slice(0, 12)}.npz`, await answer.blob());
   });
+  // To be called when all tiles of the view are there.
+  return {
+    complete: () => {
+      waiting?.();
+      waiting = null;
+    },
+  };
 }
