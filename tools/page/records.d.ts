@@ -29,7 +29,15 @@ type State = View & {
   embed: string[] | null; // the controls of a page within another one
 };
 
-type Parameter = { name: string; text: string; quantity?: string; domain: Interval; factor?: boolean };
+type Parameter = {
+  name: string;
+  text: string;
+  short?: string; // of a slider
+  hint?: string;
+  quantity?: string;
+  domain: Interval;
+  factor?: boolean;
+};
 
 // A tile, or a map that covers a window of its own: arrays by name, over the points from below and from the left.
 type Tile = {

@@ -126,7 +126,8 @@ def test_a_table_has_every_point_of_the_view_and_says_which_were_not_computed(pa
 
 
 OFFERED = """async (tiles) => {
-    const names = ["copy-link", "copy-python", "copy-curl", "save-png", "save-svg", "save-csv", "save-npz", "save-later", "copied"];
+    const saved = ["png", "svg", "csv", "npz", "later"].map((kind) => `save-${kind}`);
+    const names = ["copy-link", "copy-frame", "copy-python", "copy-curl", ...saved, "copied"];
     document.body.replaceChildren(...[...names, "to-copy"].map((id) => {
         const made = document.createElement(id === "copied" ? "p" : "button");
         made.id = id;
@@ -266,8 +267,10 @@ SPEEDS = """async (impacts) => (await import("/motionwords.js")).speedsOf(impact
 
 def test_the_speeds_of_hits_are_told(page: Page) -> None:
     impacts = {"kind": ["impact", "stick", "impact"], "velocity": [0.25, 0.001, -0.125]}
-    assert page.evaluate(SPEEDS, impacts) == ", at 0.125 to 0.25 m/s"
-    assert page.evaluate(SPEEDS, {"kind": ["impact"], "velocity": [-0.5]}) == ", at 0.5 m/s"
+    assert page.evaluate(SPEEDS, impacts) == ", at speeds of 0.125 m/s to 0.25 m/s"
+    assert page.evaluate(SPEEDS, {"kind": ["impact"], "velocity": [-0.5]}) == ", at a speed of 0.5 m/s"
+    slow = {"kind": ["impact", "impact"], "velocity": [0.25, 0.001]}
+    assert page.evaluate(SPEEDS, slow) == ", at speeds up to 0.25 m/s"
     assert page.evaluate(SPEEDS, {"kind": [], "velocity": []}) == ""
 
 

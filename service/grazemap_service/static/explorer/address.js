@@ -1,6 +1,6 @@
 // The state of the page in the address: #omega=0.25..0.3125&clearance=1.25..2&layer=motion&at=0.28,1.6&machine={...}
 // Of a plane of other parameters: #horizontal=omega&vertical=restitution&omega=0.25..0.3125&restitution=0.5..1&clearance=1.6
-import { controlsOf } from "./embed.js";
+import { EMBEDDED } from "./embed.js";
 import { LAYERS, hasLayer } from "./layers.js";
 import { USUAL, isUsual, namesOf, parameter } from "./parameters.js";
 import { PRESETS } from "./presets.js";
@@ -169,6 +169,15 @@ function unitsOf(parts) {
   return parts.take("units", parse, allowed, UNSAID.units, Object.values(UNSAID.units).join(","));
 }
 
+// The controls that an address names for a page within another one; null: the page is whole.
+function controlsOf(parts) {
+  const names = parts.query.get("embed")?.split(",").filter(Boolean);
+  if (!names) return null;
+  const unknown = names.filter((name) => !EMBEDDED.includes(name));
+  if (unknown.length) parts.wrong(`embed has ${unknown.join(", ")}`, EMBEDDED.join(", "), "the rest");
+  return EMBEDDED.filter((name) => names.includes(name));
+}
+
 // The map that an address opens, by its job; null: none.
 export const mapOf = (hash) => new URLSearchParams(hash.replace(/^#/, "")).get("map");
 
@@ -200,7 +209,7 @@ export function read(hash, standard) {
       UNSAID.at,
       "no point",
     ),
-    embed: controlsOf(parts.query),
+    embed: controlsOf(parts),
     machine,
   };
   const known = [...Object.keys(window.plane), ...Object.keys(state), "map"];

@@ -1,11 +1,14 @@
 // Small line charts as SVG.
 import { drawnAxes, layout, path, scales } from "./axes.js";
 import { drawing } from "./dom.js";
+import { ticks } from "./ticks.js";
 
 const SIZE = { width: 320, height: 200 };
 const MARGIN = { left: 62, right: 14, top: 8, bottom: 36 };
 const SMALL = { left: 44, right: 12, top: 6, bottom: 32 };
 const FONT = 11; // as in the style sheet
+const LETTER = 0.6; // of it, the width of a letter
+const GAP = 14; // beside the texts of an axis
 const SMALLEST_BAND = 4;
 const ROUND_OFF = 1e-9; // share of values below which their differences say nothing
 
@@ -37,8 +40,12 @@ export function chart({
   image = null,
   equal = false,
 }) {
-  const margin = size === SIZE ? MARGIN : SMALL;
   const { width } = size;
+  const usual = size === SIZE ? MARGIN : SMALL;
+  const longest = (ends, count) => LETTER * FONT * Math.max(...ticks(ends, count).marks.map(({ text }) => text.length));
+  const most = { x: width / 64, y: Math.max(2, size.height / 40) };
+  const margin = { ...usual, left: Math.max(usual.left, FONT + GAP + longest(y, most.y)) };
+  most.x = Math.min(most.x, (width - margin.left - margin.right) / (longest(x, most.x) + GAP));
   const height = equal ? width - margin.left - margin.right + margin.top + margin.bottom : size.height;
   const right = width - margin.right;
   const bottom = height - margin.bottom;
@@ -57,7 +64,7 @@ export function chart({
       y: { x: 8, y: (margin.top + bottom) / 2 },
     },
     gaps: { x: 12, y: 6 },
-    most: { x: width / 64, y: Math.max(2, height / 40) },
+    most,
     font: FONT,
   });
   return drawing(

@@ -22,8 +22,10 @@ export class Gallery {
   #cards = null;
   #abort = null;
 
-  // `addressOf(place)` is the link of a place, `decode(buffer)` a promise of what a map has.
-  constructor({ addressOf, decode, palette }) {
+  // `addressOf(place)` is the link of a place, `decode(buffer)` a promise of what a map has; `opened(place, address)` is
+  // called with a place whose link was pressed.
+  constructor({ addressOf, decode, palette, opened }) {
+    this.opened = opened;
     this.addressOf = addressOf;
     this.decode = decode;
     this.palette = palette;
@@ -46,8 +48,10 @@ export class Gallery {
   #card(place) {
     const canvas = element("canvas");
     const motions = element("small");
-    const link = element("a", { href: this.addressOf(place) }, canvas, element("b", { textContent: place.text }));
+    const href = this.addressOf(place);
+    const link = element("a", { href }, canvas, element("b", { textContent: place.text }));
     link.append(element("span", { textContent: place.says }), motions);
+    link.addEventListener("click", () => this.opened(place, href));
     return { place, canvas, motions, points: 0, item: element("li", {}, link) };
   }
 

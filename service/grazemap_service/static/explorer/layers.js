@@ -87,8 +87,8 @@ const packed = ([red, green, blue], shade = 1) =>
   ((255 << 24) | (Math.round(shade * blue) << 16) | (Math.round(shade * green) << 8) | Math.round(shade * red)) >>> 0;
 
 // The pixel of each point: of a motion that is hidden, 0. Every other point of a periodic motion that is not verified is
-// dark.
-function ofMotions({ labels, motion, verified }, hidden, colours) {
+// dark, but in previews, which are pale.
+function ofMotions({ labels, motion, verified, preview }, hidden, colours) {
   const shades = [1, UNVERIFIED_SHADE];
   const looks = labels.map((label) => {
     if (hidden.has(label)) return null;
@@ -101,7 +101,7 @@ function ofMotions({ labels, motion, verified }, hidden, colours) {
     if (!shown) return 0;
     const { look, pixels } = shown;
     const striped = look.hatching && look.at(row, column) !== look.channels ? 1 : 0;
-    return pixels[striped][shown.isPeriodic && !verified[k] && (row + column) % 2 ? 1 : 0];
+    return pixels[striped][shown.isPeriodic && !preview && !verified[k] && (row + column) % 2 ? 1 : 0];
   };
 }
 

@@ -8,7 +8,7 @@ import * as requests from "./requests.js";
 const APART = 60; // milliseconds between two questions
 const KEPT = 60; // answers
 const GAP = 18; // pixels from the pointer
-const OVER_PLANE = "header, aside, footer, #tools, #story"; // what floats over the figure
+const OVER_PLANE = "header, aside, footer, #tools, #story, #place"; // what floats over the figure
 const SHOWN = { periods: 8, samples: 32 };
 
 export class Living {
@@ -25,6 +25,7 @@ export class Living {
 
   hide() {
     this.#next = null;
+    this.#asking?.abort();
     this.figure.hidden = true;
     this.animation.stop();
   }
@@ -81,7 +82,7 @@ export class Living {
           const { data } = await compute("trajectories", request, { priority: 8, signal: this.#asking.signal });
           this.#kept.set(name, data);
           if (this.#kept.size > KEPT) this.#kept.delete(this.#kept.keys().next().value);
-          if (!this.#next) this.#play(machine, at, data, colour);
+          if (!this.#next && !this.#asking.signal.aborted) this.#play(machine, at, data, colour);
         }
       } catch (error) {
         if (!isAborted(error)) this.hide(); // what is wrong is said where the plane's own questions fail

@@ -6,7 +6,7 @@ import { AxisForm } from "./axisform.js";
 import { grazes } from "./contours.js";
 import { Curves, NAMES } from "./curves.js";
 import { byId, isPhone } from "./dom.js";
-import { hasControl, isFramed, showControls } from "./embed.js";
+import { hasControl, isFramed, showControls, slidersOf } from "./embed.js";
 import { Gallery } from "./gallery.js";
 import { listJobs } from "./jobs.js";
 import { Gestures } from "./gestures.js";
@@ -21,6 +21,7 @@ import { arrangeMenus } from "./menus.js";
 import { inWords } from "./motionwords.js";
 import { Overview } from "./overview.js";
 import { USUAL, intervalAbout, isUsual, parameter, placeOf, valueOf } from "./parameters.js";
+import { PlaceCard } from "./placecard.js";
 import { Plane } from "./plane.js";
 import { PlaneForm } from "./planeform.js";
 import { PointPanel } from "./point.js";
@@ -39,7 +40,9 @@ import * as words from "./words.js";
 
 const MOST_SENSITIVE = 0.9; // share of labels that round-off may change, above which a closer look is of no use
 const ORDER_AGAIN = 400; // milliseconds, after which the tiles under the pointer come first
+const WHOLE = 1000; // pixels of width of a frame in which cards begin open
 const ROOMY = 1000; // pixels of height at which the legend has room below an open point
+const SEEN_ON_PHONE = 0.34; // of the height, above an open point, as in the style sheet
 const SWEEP_AFTER = 300; // milliseconds after the last step of a window
 const WINDOW_DIGITS = 6;
 const SLIDE_AGAIN = 150; // milliseconds between the machines of a slider that moves
@@ -59,7 +62,7 @@ let before = []; // the tiles that were in sight last, until those of another ma
 let place = null; // where the pointer is on the canvas of the plane; null: elsewhere
 const NEAR_GRAZE =
   "The motion without impacts just touches a stop here, at speed zero; from rest the machine may come to another motion.";
-const UNREAD = byId("reading").textContent;
+let hint = isPhone() ? "Tap a colour to see its machine move." : byId("reading").textContent; // until a point was opened
 let rested = null; // where the pointer was last
 let isWatched = true; // the plane, and not a point that was opened, until the pointer moves again
 let foldsLegend = false; // whether the open point has folded the legend
@@ -356,6 +359,7 @@ function ofPixel({ x, y }) {
 function open(at) {
   story.end();
   isWatched = false;
+  hint = "";
   state.at = at;
   openPanel();
   remember();
@@ -379,6 +383,7 @@ function openPanel() {
   const here = state.policy === "rest" ? null : reading(seen(), x, y);
   const start = here && `On the map, ${STARTS[state.policy].phrase}: ${here.label}. Below is the motion from rest.`;
   const note = plane.markText({ x, y }) ?? (plane.nearestLine({ x, y })?.isGraze ? NEAR_GRAZE : null);
+  if (isPhone()) plane.reveal({ x, y }, innerHeight * SEEN_ON_PHONE);
   point.show({ ...state, note: [start, note].filter(Boolean).join(" ") });
 }
 
@@ -450,7 +455,7 @@ function show() {
     labelAt: (x, y) => reading(seenTiles, x, y)?.label ?? null,
     placeOf: (at) => plane.place(at),
   });
-  sliders.show(state);
+  sliders.show(state, slidersOf(state.embed));
   say(seenTiles);
   live(seenTiles);
 }
@@ -477,7 +482,11 @@ function say(seenTiles = seen()) {
   Object.assign(byId("progress"), { max: progress.total, value: progress.done, className: isRefining ? "" : "done" });
   byId("says").className = troubles.length ? "wrong" : ""; // which has room on a phone too
   byId("says").textContent = [...troubles, work].join(" ");
-  byId("reading").textContent = place ? readingAt(plane.value(place), seenTiles) : UNREAD;
+  byId("reading").textContent = place
+    ? readingAt(plane.value(place), seenTiles)
+    : hasControl(state.embed, "point")
+      ? hint
+      : "Point at a colour to see its machine move.";
 }
 
 function readingAt(at, seenTiles) {
@@ -538,14 +547,18 @@ serve({
   },
 });
 
-// on a phone the plane comes first
-for (const name of ["legend", "machine"]) byId(`${name}-section`).open = !isPhone();
+// on a phone, and in a small frame, the plane comes first
+const isRoomy = !isPhone() && (!isFramed || innerWidth >= WHOLE || location.hash.includes("embed="));
+for (const name of ["legend", "machine"]) byId(`${name}-section`).open = isRoomy;
 byId("zoom-in").addEventListener("click", () => plane.zoom(2));
 byId("zoom-out").addEventListener("click", () => plane.zoom(0.5));
 byId("home").addEventListener("click", act.home);
 byId("point-section").addEventListener("keydown", ({ key }) => key === "Escape" && plane.canvas.focus());
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", refresh);
-addEventListener("popstate", restore);
+addEventListener("popstate", () => {
+  placeCard.followed(location.hash);
+  restore();
+});
 plane.canvas.addEventListener("pointerdown", () => story.end());
 byId("story-again").addEventListener("click", () => {
   history.pushState(null, "", location.pathname);
@@ -554,7 +567,12 @@ byId("story-again").addEventListener("click", () => {
   story.begin();
   byId("story-next").focus();
 });
+const placeCard = new PlaceCard();
 new Gallery({
+  opened: (at, hash) => {
+    story.end();
+    placeCard.show(at, hash);
+  },
   addressOf: (at) => address.write({ ...STANDARD, ...at }),
   decode: (buffer) => tiles.decode(buffer),
   palette,

@@ -2,6 +2,7 @@
 import { OPEN } from "./labels.js";
 import { toRead } from "./ticks.js";
 
+const SLOW = 0.01; // of the fastest hit, below which the slowest one is not told
 const PERIODIC = /^(\d+)-(.+)r-(.+)l$/;
 const OTHER = {
   chaotic: "It never repeats, and small differences grow",
@@ -30,10 +31,12 @@ export function inWords(label, { stops }) {
   return `${every}: ${present.map(([side, count]) => hits(count, where(side))).join(", ")}`;
 }
 
-// The speeds of the impacts of a trajectory, as "at 0.11 to 0.25 m/s"; "" without an impact.
+// The speeds of the impacts of a trajectory, as ", at speeds of 0.11 m/s to 0.25 m/s"; "" without an impact.
 export function speedsOf({ kind, velocity }, unit) {
   const speeds = velocity.filter((_, k) => kind[k] === "impact").map(Math.abs);
   if (!speeds.length) return "";
-  const [least, most] = [Math.min(...speeds), Math.max(...speeds)].map((speed) => toRead(speed));
-  return least === most ? `, at ${most}${unit}` : `, at ${least} to ${most}${unit}`;
+  const [least, most] = [Math.min(...speeds), Math.max(...speeds)];
+  const [slowest, fastest] = [least, most].map((speed) => `${toRead(speed)}${unit}`);
+  if (slowest === fastest) return `, at a speed of ${fastest}`;
+  return least < SLOW * most ? `, at speeds up to ${fastest}` : `, at speeds of ${slowest} to ${fastest}`;
 }

@@ -32,9 +32,13 @@ const SINGLE = {
   omega: { text: "forcing frequency ω", quantity: "frequency" },
   clearance: { text: "clearance", quantity: "length" },
   clearance_left: { text: "clearance of the left stop", quantity: "length" },
-  restitution: { text: "restitution", domain: [0, 1] },
-  forcing: { text: "factor of the forces", factor: true },
-  damping: { text: "factor of the damping", factor: true },
+  restitution: {
+    text: "restitution",
+    domain: [0, 1],
+    hint: "Of the speed of a hit, so much is left after it: 1 is a ball of steel, 0 a lump of clay.",
+  },
+  forcing: { text: "factor of the forces", short: "forces", factor: true },
+  damping: { text: "factor of the damping", short: "damping", factor: true },
   bias: { text: "factor of the bias", factor: true, domain: [-Infinity, Infinity] },
 };
 const LISTED = {

@@ -5,7 +5,7 @@ import { PALE } from "./layers.js";
 
 // The strips with the axes, over the picture: widths of the one on the left and the one below, and the size of letters.
 const EDGES = { side: 60, strip: 26, font: 12 };
-const PHONE_EDGES = { side: 46, strip: 22, font: 10 };
+const PHONE_EDGES = { side: 54, strip: 22, font: 10 };
 const STRIP_ALPHA = 0.8;
 const PREVIEW_ALPHA = 0.75;
 const NEAR = 4; // pixels between places that are one for a pointer
@@ -109,6 +109,12 @@ export class Plane {
       },
       { now: true },
     );
+  }
+
+  // Moves the window so that a point is above a height of the canvas.
+  reveal(point, height) {
+    const { py } = this.place(point);
+    if (py > height) this.pan(0, -(py - height / 2) / this.height);
   }
 
   pan(dx, dy) {

@@ -3,7 +3,7 @@ import { byId, element } from "./dom.js";
 import { complete, namesOf, parameter, valueOf, withParameter } from "./parameters.js";
 import { unitOf, withUnit } from "./units.js";
 
-const SHOWN = ["restitution", "damping", "forcing", "omega", "clearance", "clearance_left"];
+export const SLIDERS = ["restitution", "damping", "forcing", "omega", "clearance", "clearance_left"];
 const OF_PLANE = ["omega", "clearance"];
 const STEPS = 200;
 const DOUBLINGS = 2; // of a positive value, to either side
@@ -27,12 +27,14 @@ export class Sliders {
     });
   }
 
-  // Shows the values of a state of the page; its machine is the one to which factors refer unless a slider made it.
-  show({ machine, plane }) {
+  // Shows the values of a state of the page, of those sliders that are `allowed`; its machine is the one to which factors refer unless a slider made it.
+  show({ machine, plane }, allowed = SLIDERS) {
+    this.allowed = allowed;
     if (machine !== this.made) this.#begin(machine);
     const shown = JSON.stringify([
       this.#of,
       plane,
+      allowed,
       ...OF_PLANE.map((name) => unitOf(machine, parameter(name).quantity)),
     ]);
     if (this.isMoving || shown === this.shown) return; // so that a slider keeps the focus
@@ -40,9 +42,9 @@ export class Sliders {
     const axes = [plane.horizontal, plane.vertical];
     const names = ["omega", "clearance", ...namesOf(machine)];
     this.plane = plane;
-    const sliders = SHOWN.filter((name) => names.includes(name) && !axes.includes(name)).filter(
-      (name) => !OF_PLANE.includes(name) || plane[name] !== null,
-    );
+    const sliders = this.allowed
+      .filter((name) => names.includes(name) && !axes.includes(name))
+      .filter((name) => !OF_PLANE.includes(name) || plane[name] !== null);
     this.form.replaceChildren(...sliders.map((name) => this.#slider(name)));
   }
 
@@ -72,12 +74,12 @@ export class Sliders {
   }
 
   #slider(name) {
-    const { text } = parameter(name, this.#of);
+    const { text, short = text, hint = "" } = parameter(name, this.#of);
     const position = Math.round(STEPS * this.#position(name, this.#value(name)));
     const input = element("input", { type: "range", name, min: 0, max: STEPS, value: position });
     const output = element("output", { textContent: this.#text(name) });
     input.setAttribute("aria-valuetext", this.#text(name));
-    return element("label", {}, text, output, input);
+    return element("label", { title: hint }, short, output, input);
   }
 
   #text(name) {

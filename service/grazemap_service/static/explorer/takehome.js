@@ -125,6 +125,14 @@ export function offer(now) {
       }
     });
   on("copy-link", () => copy(location.href, "The link was"));
+  on("copy-frame", () => {
+    const link = `${location.href}${location.hash ? "&" : "#"}embed=sliders,legend,point`.replaceAll("&", "&amp;");
+    const style = "width: 100%; height: 520px; border: 0";
+    return copy(
+      `<iframe src="${link}" style="${style}" title="A map of impacts"></iframe>`,
+      "The lines for a page were",
+    );
+  });
   const limited = async ({ ranges }) => ranges((await (await send("v1")).json()).limits.pixels);
   on("copy-python", async (view) => copy(asPython(view.state, await limited(view), address), "Python was"));
   on("copy-curl", async (view) => copy(asCurl(view.state, await limited(view), address), "The command was"));

@@ -1,13 +1,20 @@
 // Round values on an axis, with their texts, and numbers for reading.
 
 const BASE_DIGITS = 6;
+const LEAST = 2; // ticks of an axis
 const PLAIN = [-3, 5]; // powers of ten between which numbers are written without one
 
 // Where neighbours differ only in late digits, the texts say the difference from a `base`; where all are small, or
 // large, they are multiples of a `power` of ten.
 export function ticks([low, high], most) {
   const unit = 10 ** Math.floor(Math.log10((high - low) / most));
-  const step = unit * [1, 2, 5, 10].find((factor) => (high - low) / (factor * unit) <= most);
+  const countOf = (step) => Math.floor(high / step) - Math.ceil(low / step) + 1;
+  const coarsest = [1, 2, 5, 10].find((factor) => (high - low) / (factor * unit) <= most);
+  const step =
+    unit *
+    [coarsest, ...[5, 2, 1, 0.5].filter((factor) => factor < coarsest)].find(
+      (factor) => countOf(factor * unit) >= LEAST,
+    );
   const largest = Math.max(Math.abs(low), Math.abs(high));
   const digits = Math.ceil(Math.log10(largest / step));
   const first = Math.ceil(low / step);
