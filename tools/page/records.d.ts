@@ -47,6 +47,7 @@ type Tile = {
   labels: string[];
   motion: Uint16Array;
   verified: Uint8Array;
+  preview?: boolean;
   [values: string]: any;
 };
 
