@@ -71,6 +71,14 @@ def picture(page: Page) -> Any:
     return np.round(255 * plt.imread(io.BytesIO(base64.b64decode(data)))[:, :, :3]).astype(int)
 
 
+PREVIEW_ALPHA = 0.75  # of the colours of what is not verified yet
+
+
+def paler(colours: Any) -> Any:
+    """Return the colours in which previews have motions of these colours."""
+    return 255 - PREVIEW_ALPHA * (255 - np.asarray(colours, float))
+
+
 def reading(page: Page, at: tuple[float, float]) -> str:
     """Point at a place of the page, and return what the page says of it."""
     page.mouse.move(*at)

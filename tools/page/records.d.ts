@@ -47,7 +47,7 @@ type Tile = {
   labels: string[];
   motion: Uint16Array;
   verified: Uint8Array;
-  preview?: boolean;
+  preview: boolean;
   [values: string]: any;
 };
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.support.explorer_page import USUAL, WAIT, answered, picture, place, reading, show, soon, verified
+from tests.support.explorer_page import USUAL, WAIT, answered, paler, picture, place, reading, show, soon, verified
 from tests.support.watched_page import Watched
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
@@ -29,8 +29,8 @@ def restitution(page: Page) -> float:
 def recoloured(before: Any, after: Any) -> float:
     """Return the share of a picture that has one of the motions' colours, but another than before."""
     colours, counts = np.unique(before.reshape(-1, 3), axis=0, return_counts=True)
-    motions = colours[np.argsort(-counts)[:2]]  # not those of before, pale, which stand until others come
-    is_motion = np.any([np.all(after == colour, axis=2) for colour in motions], axis=0)
+    motions = paler(colours[np.argsort(-counts)[:2]])  # as previews; not those of before, which stand until others come
+    is_motion = np.any([np.all(np.abs(after - colour) <= 2, axis=2) for colour in motions], axis=0)
     return float(np.mean(is_motion & np.any(after != before, axis=2)))
 
 

@@ -181,7 +181,7 @@ export class MachineForm {
       const data = await structureOf(machine);
       if (signal.aborted) return null;
       byId("machine-notes").replaceChildren(
-        ...(data.meta.notes ?? []).map(({ detail }) => element("li", { textContent: detail })),
+        ...(data.meta?.notes ?? []).map(({ detail }) => element("li", { textContent: detail })),
       );
       byId("sketch").replaceChildren(...sketch(machine));
       const ratios = data.damping_ratios;
