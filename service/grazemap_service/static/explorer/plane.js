@@ -321,7 +321,7 @@ export class Plane {
         suffix: " →",
         places: { x: { x: width - 10, y: bottom + line, anchor: "end" }, y: { x: font / 2 + 2, y: bottom / 2 } },
         gaps: { x: line, y: 7 },
-        most: { x: Math.max(2, width / 110), y: Math.max(2, height / 60) },
+        most: { x: Math.max(4, width / 110), y: Math.max(2, height / 60) },
         font,
         measure: (text) => pen.measureText(text).width,
       }),
