@@ -23,10 +23,11 @@ export async function showOthers(panel) {
     motions.map(({ label }) => label),
     Infinity,
   );
+  const settled = Math.round(STATES * (1 - unresolved));
   const text =
     motions.length > 1
       ? `${motions.length} motions exist side by side here. Of ${STATES} random states so many settle to each:`
-      : `All of ${STATES} random states that settle lead to one motion.`;
+      : `All of the ${settled} of ${STATES} random states that settle lead to one motion.`;
   byId("others").replaceChildren(
     element("p", { textContent: text }),
     element(

@@ -136,7 +136,9 @@ function machineOf(machine) {
 function numbersOf({ oscillator, stops, left }) {
   const { units, ...fields } = { ...oscillator, ...complete(oscillator) }; // in the order of its own
   const plain = (value) =>
-    Array.isArray(value) && !value.some((part) => typeof part === "object") ? value.join(", ") : JSON.stringify(value);
+    Array.isArray(value) && !value.some((part) => typeof part === "object")
+      ? `[${value.join(", ")}]`
+      : JSON.stringify(value);
   return [
     ...Object.entries(fields).map(([name, value]) => `${name} ${plain(value)}`),
     ...(stops === "unequal" ? [`clearance of the left stop ${left}`] : []),
@@ -146,8 +148,23 @@ function numbersOf({ oscillator, stops, left }) {
 
 // The picture as an element of SVG. `view` is { x, y }, `inUnits(view)` the same in the units of the axes, `size`
 // { width, height } of the plane, `image` the address of a picture of its tiles, `legend` what is in sight, `lookOf` the
-// look of a motion, and `caption` lines of text.
-export function picture({ view, inUnits, size, image, lines, marks, at, names, legend, lookOf, machine, caption }) {
+// look of a motion, `caption` lines of text, and
+// `link` what its description has.
+export function picture({
+  view,
+  inUnits,
+  size,
+  image,
+  lines,
+  marks,
+  at,
+  names,
+  legend,
+  lookOf,
+  machine,
+  caption,
+  link,
+}) {
   const width = WIDTH - SIDE - COLUMN - 3 * MARGIN;
   const bottom = MARGIN + width * Math.min(TALLEST, size.height / size.width);
   const frame = { left: SIDE, right: SIDE + width, top: MARGIN, bottom };
@@ -199,6 +216,7 @@ export function picture({ view, inUnits, size, image, lines, marks, at, names, l
       "font-size": FONT,
     },
     drawing("title", {}, "grazemap"),
+    drawing("desc", {}, link),
     drawing("clipPath", { id: "frame" }, drawing("rect", box)),
     drawing("rect", { width: WIDTH, height: tall, fill: "#ffffff" }),
     ...(image

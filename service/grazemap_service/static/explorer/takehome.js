@@ -34,6 +34,7 @@ function partOf(tiles) {
   };
 }
 
+const READABLE = 100; // characters of a link that a picture shows
 const FIGURES = [LAYERS.exponent, LAYERS.speed];
 
 // The points of tiles inside a window, as text with commas: by rows, from below. Those of a tile that is not there are
@@ -85,7 +86,7 @@ async function captionOf({ state, names, tiles, inUnits }) {
   return [
     `${[axis(names.x, x), axis(names.y, y), ...fixed].join("; ")}.`,
     `${LAYERS[layer].text} ${STARTS[policy].phrase}, ${machine.periods} forcing periods watched. ${partOf(tiles).text}`,
-    `grazemap ${version}, ${location.href}`,
+    `grazemap ${version}${location.href.length > READABLE ? "" : `, ${location.href}`}`,
   ];
 }
 
@@ -97,7 +98,7 @@ async function pictureOf(view) {
     reader.readAsDataURL(blob);
   });
   const caption = await captionOf(view);
-  return picture({ ...view, view: view.state, machine: view.state.machine, image, caption });
+  return picture({ ...view, view: view.state, machine: view.state.machine, image, caption, link: location.href });
 }
 
 // `now()` is { state, tiles, lines, marks, at, names, image, size, legend, lookOf, ranges }: all tiles of the view, the
