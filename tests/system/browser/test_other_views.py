@@ -130,6 +130,16 @@ def test_motions_that_exist_side_by_side_are_told_at_one_press(tiny: Watched, ur
     assert len(labels) > 1
     assert {entry.partition(":")[0] for entry in entries} == labels
     assert (body["axis"]["values"][0], body["clearance"]) == at
+    # each of them is opened, with the orbit to which its start leads
+    first = page.locator("#point-name").inner_text()
+    shows = page.locator("#others").get_by_role("button")
+    expect(shows).to_have_count(len(labels), timeout=WAIT)
+    other = next(label for label in sorted(labels) if label != first)
+    page.get_by_role("button", name=f"Show {other}").click()
+    expect(page.locator("#point-name")).to_have_text(other, timeout=WAIT)
+    expect(page.locator("#point-why")).to_contain_text("random starts")
+    (start,) = {json.dumps(body["initial"]) for body in tiny.posted("periodic-orbits") if "initial" in body}
+    assert json.loads(start) in tiny.posted("trajectories")[-2]["initial"]
 
 
 def test_an_unresolved_point_says_why_and_may_be_watched_longer(tiny: Watched, url: str) -> None:

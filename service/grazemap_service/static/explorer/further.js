@@ -63,7 +63,7 @@ export async function showBranch(panel) {
   const { name, text, quantity, factor } = parameter(state.plane.vertical, machine);
   const times = factor ? y : 1; // a branch starts where its factor is 1
   const range = [Math.min(low, y) / times, Math.max(high, y) / times];
-  const branch = await panel.compute("orbit-branches", requests.branch(machine, at, name, range));
+  const branch = await panel.compute("orbit-branches", requests.branch(machine, at, name, range, panel.start));
   if (!branch.parameter.length) throw new Error(branch.reason);
   const read = (value) => shown(machine, quantity, times * value);
   const values = branch.parameter.map((value) => times * value);

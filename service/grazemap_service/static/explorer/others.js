@@ -2,9 +2,11 @@
 import { byId, element, swatch } from "./dom.js";
 import { numbered } from "./labels.js";
 import { percent } from "./layers.js";
+import { complete } from "./parameters.js";
 import * as requests from "./requests.js";
 
 const STATES = 64;
+const FAST = 2; // times the frequency and the clearance, the largest velocity of a start
 const LONGER = 10; // times as many forcing periods
 
 // The motions to which random states lead, [{ label, share }], the largest share first, and the share that none is
@@ -14,6 +16,27 @@ export function motionsOf({ attractors, share, unresolved }) {
   const motions = names.map((label, k) => ({ label, share: share[k][0] ?? 0 }));
   const there = motions.filter((motion) => motion.share > 0).sort((motion, other) => other.share - motion.share);
   return { motions: there, unresolved: unresolved[0] ?? 0 };
+}
+
+// So many states with random velocities up to `most`, the same ones each time, with every mass where it is at rest.
+export function startsOf(count, masses, most) {
+  let seed = 1;
+  const random = () => {
+    seed = (16807 * seed) % 2147483647;
+    return (2 * seed) / 2147483647 - 1;
+  };
+  return Array.from({ length: count }, () => ({ velocity: Array.from({ length: masses }, () => most * random()) }));
+}
+
+// For each motion to which some of these states lead, the first of them, by its name.
+async function startsByName(panel) {
+  const { machine, at } = panel;
+  const { masses, matrices } = complete(machine.oscillator);
+  const starts = startsOf(STATES, masses?.length ?? matrices.mass.length, FAST * at[0] * at[1]);
+  const settled = { transient: machine.periods, periods: 1, samples: 1, initial: starts };
+  const { trajectories } = await panel.compute("trajectories", requests.trajectory(machine, at, settled));
+  const named = trajectories.map(({ motion }, k) => [motion.label, starts[k]]).filter(([label]) => label);
+  return new Map(named.reverse());
 }
 
 export async function showOthers(panel) {
@@ -28,19 +51,23 @@ export async function showOthers(panel) {
     motions.length > 1
       ? `${motions.length} motions exist side by side here. Of ${STATES} random states so many settle to each:`
       : `All of the ${settled} of ${STATES} random states that settle lead to one motion.`;
-  byId("others").replaceChildren(
-    element("p", { textContent: text }),
-    element(
-      "ul",
-      {},
-      ...motions.map(({ label, share }) => {
-        const { colour, image } = looks.get(label);
-        return element("li", {}, swatch(colour, image), `${label}: ${percent(share)}`);
-      }),
-      ...(unresolved ? [element("li", { textContent: `not decided: ${percent(unresolved)}` })] : []),
-    ),
-  );
+  const items = motions.map(({ label, share }) => {
+    const { colour, image } = looks.get(label);
+    return { label, item: element("li", {}, swatch(colour, image), `${label}: ${percent(share)} `) };
+  });
+  const open = unresolved ? [element("li", { textContent: `not decided: ${percent(unresolved)}` })] : [];
+  const list = element("ul", {}, ...items.map(({ item }) => item), ...open);
+  byId("others").replaceChildren(element("p", { textContent: text }), list);
+  if (motions.length < 2) return;
+  const starts = await startsByName(panel);
+  for (const { label, item } of items) {
+    if (!starts.has(label)) continue;
+    const button = element("button", { type: "button", textContent: "Show", "aria-label": `Show ${label}` });
+    button.addEventListener("click", () => panel.show({ ...panel.state, note: OF_START }, starts.get(label)));
+    item.append(button);
+  }
 }
+const OF_START = "From one of the random starts, which may lead to another motion than rest does.";
 
 // Reasons of the service that a person may not know the words of, by a part of them.
 export const PLAIN = {

@@ -77,10 +77,11 @@ export class PointPanel {
     this.drawn({ lines: all.flatMap((part) => part.lines), marks: all.flatMap((part) => part.marks) });
   }
 
-  // Shows the motion at the point of a state of the page, with a `note`; `machine` and `at`, [omega, clearance], are
+  // Shows the motion at the point of a state of the page, from rest or from the state `start`, with a `note`; `machine` and `at`, [omega, clearance], are
   // those there.
-  async show(state) {
+  async show(state, start = null) {
     this.#leave();
+    this.start = start;
     this.#abort = new AbortController();
     const { machine, at } = placeOf(state.machine, state.plane, state.at);
     this.machine = machine;
@@ -147,10 +148,11 @@ export class PointPanel {
     const { machine, at } = this;
     const path = await this.compute(
       "trajectories",
-      requests.trajectory(machine, at, { transient: machine.periods, periods: PERIODS_SHOWN }),
+      requests.trajectory(machine, at, { transient: machine.periods, periods: PERIODS_SHOWN, initial: this.start }),
     );
     const { motion } = path;
-    const { label, why } = motion.kind === "unresolved" ? await this.#ofMap() : { label: motion.label ?? motion.kind };
+    const { label, why } =
+      motion.kind === "unresolved" && !this.start ? await this.#ofMap() : { label: motion.label ?? motion.kind };
     const units = (quantity) => unitOf(machine, quantity);
     byId("point-name").replaceChildren(swatch(this.colours.of(label).colour, this.colours.of(label).image), label);
     byId("point-words").textContent =
@@ -218,7 +220,7 @@ export class PointPanel {
   async #orbit() {
     const { machine, at } = this;
     const units = (quantity) => unitOf(machine, quantity);
-    const orbit = await this.compute("periodic-orbits", requests.orbit(machine, at));
+    const orbit = await this.compute("periodic-orbits", requests.orbit(machine, at, this.start));
     const yes = (value) => (value ? "yes" : "no");
     const rows = orbit.converged
       ? [

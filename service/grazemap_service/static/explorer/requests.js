@@ -92,21 +92,27 @@ export const borders = (machine, plane, across, up, points) => ({
 
 const at = (machine, [omega, value]) => ({ ...oscillatorOf(machine), omega, clearance: clearance(machine, value) });
 
-export const trajectory = (machine, point, { transient, periods, samples = 128 }) => ({
+// Of the motion to which an `initial` state leads, in place of rest, where there is one.
+const from = (initial) => (initial ? { initial } : {});
+
+export const trajectory = (machine, point, { transient, periods, samples = 128, initial = null }) => ({
   ...at(machine, point),
+  ...from(initial),
   transient_periods: transient,
   periods,
   samples_per_period: samples,
 });
 
-export const orbit = (machine, point) => ({
+export const orbit = (machine, point, initial = null) => ({
   ...at(machine, point),
+  ...from(initial),
   transient_periods: machine.periods,
   observables: ["impact_rate", "peak_impact_speed", "dissipated_power"],
 });
 
-export const branch = (machine, point, name, range) => ({
+export const branch = (machine, point, name, range, initial = null) => ({
   ...at(machine, point),
+  ...from(initial),
   transient_periods: machine.periods,
   axis: { vary: varied(machine, name), values: ends(range) },
 });
