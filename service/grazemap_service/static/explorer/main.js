@@ -358,7 +358,6 @@ function ofPixel({ x, y }) {
 
 function open(at) {
   story.end();
-  isWatched = false;
   hint = "";
   state.at = at;
   openPanel();
@@ -373,13 +372,21 @@ const around = (value, [low, high], [least, most]) => {
   return [Math.max(least, value - half), Math.min(most, value + half)];
 };
 
+// Whether a place on the plane is under a card.
+function isUnder(id, { px, py }) {
+  const { left, right, top, bottom } = byId(id).getBoundingClientRect();
+  return left <= px && px <= right && top <= py && py <= bottom;
+}
+
 function openPanel() {
   if (!hasControl(state.embed, "point")) return;
+  isWatched = false;
   if (innerHeight < ROOMY && byId("legend-section").open) {
     byId("legend-section").open = false;
     foldsLegend = true;
   }
   const [x, y] = state.at;
+  if (isUnder("left", plane.place({ x, y }))) byId("machine-section").open = false;
   const here = state.policy === "rest" ? null : reading(seen(), x, y);
   const start = here && `On the map, ${STARTS[state.policy].phrase}: ${here.label}. Below is the motion from rest.`;
   const note = plane.markText({ x, y }) ?? (plane.nearestLine({ x, y })?.isGraze ? NEAR_GRAZE : null);
