@@ -88,6 +88,9 @@ def test_a_page_of_this_machine_shows_the_chosen_controls(watched: Watched, url:
         whole.click()
     alone = opening.value
     expect(alone.locator("header")).to_be_visible()
+    inside = framed(page, MACHINE, port, frame(f"{url}/#{QUICK}&embed=restitution"))
+    expect(inside.locator("#sliders input")).to_have_count(1, timeout=60_000)
+    expect(inside.locator("#sliders input[name=restitution]")).to_be_visible()
     assert "embed" not in alone.url
     assert "machine=" in alone.url
     expect(alone.locator("#whole")).to_be_hidden()

@@ -48,6 +48,9 @@ def test_a_place_shows_what_its_card_promises(visitor: Watched, url: str, number
     expect(link).to_contain_text(place["text"])
     link.click()
     expect(page.locator("#gallery")).to_be_hidden()
+    expect(page.locator("#place")).to_contain_text(place["text"])
+    page.get_by_role("button", name="Close", exact=True).click()
+    expect(page.locator("#place")).to_be_hidden()
     state = {name: value for name, [value] in parse_qs(urlsplit(page.url).fragment).items()}
     assert [*map(float, state["omega"].split(".."))] == place["x"]
     assert state.get("layer") == place.get("layer")

@@ -55,6 +55,7 @@ def machine(**fields: Any) -> str:
         (machine(stops="unequal"), "left", "distance", "equal"),
         (machine(periods=-1), "periods", "> 0", "400"),
         (machine(oscillator=[1]), "oscillator", "fields", "null"),
+        ("embed=slider,legend", "slider", "sliders", "the rest"),
     ],
 )
 def test_what_is_wrong_with_a_link_is_said_with_what_is_allowed_and_what_is_shown(

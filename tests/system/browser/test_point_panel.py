@@ -4,12 +4,25 @@ from __future__ import annotations
 
 import itertools
 import re
+from urllib.parse import parse_qs, urlsplit
 
 import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page, Route, expect
 
-from tests.support.explorer_page import FIRST, QUICK, USUAL, WAIT, place, show, trajectories_of_points, unfold, window
+from tests.support.explorer_page import (
+    FIRST,
+    QUICK,
+    USUAL,
+    WAIT,
+    is_free,
+    place,
+    show,
+    spot,
+    trajectories_of_points,
+    unfold,
+    window,
+)
 from tests.support.watched_page import Watched
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
@@ -93,6 +106,8 @@ def test_an_opened_point_is_whole_in_sight(browser: Browser, url: str, width: in
     assert_in_sight(page)
     address = page.url
     assert "at=" in address
+    marked = spot(page, *(float(part) for part in parse_qs(urlsplit(address).fragment)["at"][0].split(",")))
+    assert is_free(page, marked)  # the point itself is in sight, too
     page.goto("about:blank")
     page.goto(address)
     expect(page.locator("#point-name")).to_have_text("1-2r-2l", timeout=WAIT)
