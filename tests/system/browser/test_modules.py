@@ -338,3 +338,13 @@ def test_a_line_of_zeros_reaches_the_edges_of_its_tile(page: Page) -> None:
     ends = np.reshape(page.evaluate(ZEROS, [4, 0.5]), (-1, 2))
     assert np.allclose(ends[:, 1], 0.5 * ends[:, 0] + 0.25)
     assert (ends[:, 0].min(), ends[:, 0].max()) == (0.0, 1.0)
+
+
+EXTENT = """async (values) => (await import("/charts.js")).extent(values)"""
+
+
+def test_a_chart_does_not_draw_round_off(page: Page) -> None:
+    low, high = page.evaluate(EXTENT, [0.45721612555, 0.45721612555 + 6e-17, None, 0.45721612555])
+    assert low < 0.3 < 0.6 < high
+    low, high = page.evaluate(EXTENT, [0.4, 0.5])
+    assert (low, high) == pytest.approx((0.395, 0.505))
