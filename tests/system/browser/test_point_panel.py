@@ -15,6 +15,7 @@ from tests.support.explorer_page import (
     QUICK,
     USUAL,
     WAIT,
+    answered,
     is_free,
     place,
     show,
@@ -211,3 +212,22 @@ def test_the_form_of_a_point_keeps_no_number_of_another_plane(small: Watched, ur
     page.locator("#point-form input").nth(0).fill("0.27")
     up.press("Enter")  # a restitution may be 1
     expect(page.locator("#point-place")).to_contain_text("restitution 1", timeout=WAIT)
+
+
+def test_the_motion_that_just_touches_is_shown_on_the_grazing_curve(small: Watched, url: str) -> None:
+    curve = answered(url, "grazing-curves", {"omega": [0.265, 0.27]})
+    page = show(small, url, f"{USUAL}&at={curve['omega'][0]},{curve['clearance'][0]}", wait=False)
+    button = page.get_by_role("button", name="Show the motion that just touches")
+    expect(button).to_be_visible(timeout=WAIT)
+    button.click()
+    expect(page.locator("#point-words")).to_contain_text("speed zero", timeout=WAIT)
+    assert page.locator("#history .impact").count() == 0
+    # the amplitude is the clearance: the motion fills the chart from stop to stop
+    bars, path = page.locator("#history .stop"), page.locator("#history path.motion")
+    ends = sorted(bar["y"] for bar in (bars.nth(k).bounding_box() for k in range(2)) if bar)
+    box = path.bounding_box()
+    assert box is not None
+    assert [box["y"], box["y"] + box["height"]] == pytest.approx(ends, abs=6.0)
+    page.mouse.click(*place(page, 0.28, 1.7))
+    expect(page.locator("#point-name")).to_have_text("1-1r-1l", timeout=WAIT)
+    expect(button).to_be_hidden()

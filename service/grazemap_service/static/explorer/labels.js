@@ -7,6 +7,9 @@ const count = (number) => (number === -2 ? "∞" : number < 0 ? `(${number})` : 
 
 export const labelOf = (period, right, left) => `${period}-${count(right)}r-${count(left)}l`;
 
+// The motion in which no stop is touched, of one period.
+export const FREE = labelOf(1, -1, -1);
+
 // Whether no stop is touched in a motion of this name.
 export const isFree = (label) => label.endsWith("-(-1)r-(-1)l");
 

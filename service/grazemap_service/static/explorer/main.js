@@ -378,6 +378,9 @@ function isUnder(id, { px, py }) {
   return left <= px && px <= right && top <= py && py <= bottom;
 }
 
+// Whether a point is on the grazing curve, as far as that is there.
+const touches = (/** @type {number[]} */ [x, y]) => Boolean(plane.nearestLine({ x, y })?.isGraze);
+
 function openPanel() {
   if (!hasControl(state.embed, "point")) return;
   isWatched = false;
@@ -389,7 +392,7 @@ function openPanel() {
   if (isUnder("left", plane.place({ x, y }))) byId("machine-section").open = false;
   const here = state.policy === "rest" ? null : reading(seen(), x, y);
   const start = here && `On the map, ${STARTS[state.policy].phrase}: ${here.label}. Below is the motion from rest.`;
-  const note = plane.markText({ x, y }) ?? (plane.nearestLine({ x, y })?.isGraze ? NEAR_GRAZE : null);
+  const note = plane.markText({ x, y }) ?? (touches(state.at) ? NEAR_GRAZE : null);
   if (isPhone()) plane.reveal({ x, y }, innerHeight * SEEN_ON_PHONE);
   point.show({ ...state, note: [start, note].filter(Boolean).join(" ") });
 }
@@ -450,6 +453,7 @@ function show() {
     inUnits,
   };
   plane.draw();
+  byId("ask-graze").hidden = !state.at || !touches(state.at);
   viewForm.show(state);
   windowForm.show(state);
   pointForm.show(state);
@@ -511,7 +515,7 @@ function mark(spot) {
 
 // Shows the machine of the point under the pointer, or of the middle of the plane, in its motion there.
 function live(seenTiles) {
-  if (choosing || !plane.view || (state.at && (isPhone() || !isWatched))) {
+  if (choosing || !plane.view || (state.at && (isPhone() || !isWatched || !place))) {
     mark(null);
     return living.hide();
   }

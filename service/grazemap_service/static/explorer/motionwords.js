@@ -31,12 +31,13 @@ export function inWords(label, { stops }) {
   return `${every}: ${present.map(([side, count]) => hits(count, where(side))).join(", ")}`;
 }
 
-// The speeds of the impacts of a trajectory, as ", at speeds of 0.11 m/s to 0.25 m/s"; "" without an impact.
-export function speedsOf({ kind, velocity }, unit) {
+// The speeds of the impacts of a trajectory, as ", at speeds of 0.11 m/s to 0.25 m/s", after what comes `before`; "" without
+// an impact.
+export function speedsOf({ kind, velocity }, unit, before = ", at") {
   const speeds = velocity.filter((_, k) => kind[k] === "impact").map(Math.abs);
   if (!speeds.length) return "";
   const [least, most] = [Math.min(...speeds), Math.max(...speeds)];
   const [slowest, fastest] = [least, most].map((speed) => `${toRead(speed)}${unit}`);
-  if (slowest === fastest) return `, at a speed of ${fastest}`;
-  return least < SLOW * most ? `, at speeds up to ${fastest}` : `, at speeds of ${slowest} to ${fastest}`;
+  if (slowest === fastest) return `${before} a speed of ${fastest}`;
+  return least < SLOW * most ? `${before} speeds up to ${fastest}` : `${before} speeds of ${slowest} to ${fastest}`;
 }

@@ -50,7 +50,7 @@ export async function showOthers(panel) {
   const text =
     motions.length > 1
       ? `${motions.length} motions exist side by side here. Of ${STATES} random states so many settle to each:`
-      : `All of the ${settled} of ${STATES} random states that settle lead to one motion.`;
+      : `All ${settled < STATES ? `${settled} of ${STATES} random states that settle` : `${STATES} random states`} lead to one motion.`;
   const items = motions.map(({ label, share }) => {
     const { colour, image } = looks.get(label);
     return { label, item: element("li", {}, swatch(colour, image), `${label}: ${percent(share)} `) };

@@ -7,7 +7,7 @@ import { byId, element, swatch } from "./dom.js";
 import { showBasins, showBranch, showCurves } from "./further.js";
 import { explain, showLonger, showOthers, verdictOf } from "./others.js";
 import { USUAL, parameter, placeOf } from "./parameters.js";
-import { isFree } from "./labels.js";
+import { FREE, isFree } from "./labels.js";
 import { withoutRemedy } from "./layers.js";
 import { inWords, speedsOf } from "./motionwords.js";
 import { isStill, moving } from "./moving.js";
@@ -16,6 +16,7 @@ import { knock } from "./sound.js";
 import { toRead } from "./ticks.js";
 import { named, shown, symbolOf, unitOf } from "./units.js";
 
+const AWAY = 100; // times a clearance, where no stop is reached
 const PERIODS_SHOWN = 12;
 const HALF = { width: 160, height: 132 };
 const LOW = { width: 320, height: 110 };
@@ -54,6 +55,7 @@ export class PointPanel {
     ask("branch", "The branch", showBranch, "branch");
     ask("others", "The motions", showOthers, "others");
     ask("longer", "The motion", showLonger, "unresolved-longer");
+    ask("graze", "The motion that just touches", () => this.#graze(), "stage");
     ask("curves", "The curves", showCurves, "own-curves");
   }
 
@@ -153,11 +155,18 @@ export class PointPanel {
     const { motion } = path;
     const { label, why } =
       motion.kind === "unresolved" && !this.start ? await this.#ofMap() : { label: motion.label ?? motion.kind };
-    const units = (quantity) => unitOf(machine, quantity);
+    const before = motion.kind === "periodic" ? ", at" : "; hits at";
+    const speeds = isFree(label) ? "" : speedsOf(path.impacts, unitOf(machine, "velocity"), before);
     byId("point-name").replaceChildren(swatch(this.colours.of(label).colour, this.colours.of(label).image), label);
-    byId("point-words").textContent =
-      `${inWords(label, machine)}${isFree(label) ? "" : speedsOf(path.impacts, units("velocity"))}.`;
+    byId("point-words").textContent = `${inWords(label, machine)}${speeds}.`;
     byId("point-why").textContent = [why, this.state.note].filter(Boolean).join(" ");
+    this.#draw(path, label);
+  }
+
+  // Shows the motion of a trajectory, between the stops of the open point, in the colour of a label.
+  #draw(path, label) {
+    const { machine, at } = this;
+    const units = (quantity) => unitOf(machine, quantity);
     const stops = stopsOf(machine, at[1]);
     const { time: times, q: displacements, v } = withImpacts(machine, path, stops);
     const q = shown(machine, "length", displacements);
@@ -215,6 +224,16 @@ export class PointPanel {
     const { label, exponent } = verdict;
     explain(verdict, this.machine.periods);
     return { label, why: exponent === null ? "" : `Lyapunov exponent ${toRead(exponent)} per forcing period.` };
+  }
+
+  // Shows the motion without impacts on the grazing curve: with its stops out of reach it does not leave it.
+  async #graze() {
+    const { machine, at } = this;
+    const far = { ...machine, left: machine.left && AWAY * machine.left };
+    const options = { transient: machine.periods, periods: PERIODS_SHOWN };
+    const path = await this.compute("trajectories", requests.trajectory(far, [at[0], AWAY * at[1]], options));
+    byId("point-words").textContent = "The motion without impacts: it just touches a stop, at speed zero.";
+    this.#draw(path, FREE);
   }
 
   async #orbit() {

@@ -9,15 +9,20 @@ import { STARTS } from "./starts.js";
 import { toRead } from "./ticks.js";
 import { named, shown } from "./units.js";
 
-async function copy(text, what) {
+// Copies a text, which is shown too where it is one to read, and where it cannot be copied.
+async function copy(text, what, { isShown = false } = {}) {
+  const show = () => {
+    byId("to-copy").value = text;
+    byId("to-copy").hidden = false;
+  };
+  if (isShown) show();
   try {
     await navigator.clipboard.writeText(text);
     byId("copied").textContent = `${what} copied.`;
   } catch {
     // clipboards need a secure address: the text is shown instead
     byId("copied").textContent = "Copy this:";
-    byId("to-copy").value = text;
-    byId("to-copy").hidden = false;
+    show();
     byId("to-copy").select();
   }
 }
@@ -129,10 +134,8 @@ export function offer(now) {
   on("copy-frame", () => {
     const link = `${location.href}${location.hash ? "&" : "#"}embed=sliders,legend,point`.replaceAll("&", "&amp;");
     const style = "width: 100%; height: 520px; border: 0";
-    return copy(
-      `<iframe src="${link}" style="${style}" title="A map of impacts"></iframe>`,
-      "The lines for a page were",
-    );
+    const lines = `<iframe src="${link}" style="${style}" title="A map of impacts"></iframe>`;
+    return copy(lines, "The lines for a page, as below, were", { isShown: true });
   });
   const limited = async ({ ranges }) => ranges((await (await send("v1")).json()).limits.pixels);
   on("copy-python", async (view) => copy(asPython(view.state, await limited(view), address), "Python was"));
@@ -146,7 +149,7 @@ export function offer(now) {
       async function savedPicture(seen) {
         const part = partOf(seen.tiles);
         save(`grazemap${part.name}.${kind}`, await blobOf(await pictureOf(seen)));
-        byId("copied").textContent = part.text;
+        byId("copied").textContent = part.text || "The picture was saved.";
       }
     });
   savePicture("png", asPng);

@@ -12,7 +12,7 @@ const midSentence = (text) => (text.startsWith("Lyapunov") ? text : text.toLower
 function described({ label, verified, sensitive, preview, reason, figures }, { policy, machine }) {
   const parts = [label];
   if (verified) parts.push("verified");
-  else if (reason) parts.push(withoutRemedy(reason));
+  else if (reason && !preview) parts.push(withoutRemedy(reason));
   else if (sensitive) parts.push("sensitive to round-off");
   if (preview) parts.push("preview");
   if (policy !== "rest") parts.push(STARTS[policy].phrase);
