@@ -33,6 +33,7 @@ type Parameter = {
   name: string;
   text: string;
   short?: string; // of a slider
+  symbol?: string;
   hint?: string;
   quantity?: string;
   domain: Interval;

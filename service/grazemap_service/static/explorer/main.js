@@ -436,7 +436,10 @@ function show() {
   const motionsBelow = family() === familyOf() ? [] : tiles.within(familyOf(), state).filter(({ image }) => image);
   const below = motionsBelow.length ? motionsBelow : before;
   if (seenTiles.length) before = seenTiles;
-  const axis = (name) => named(parameter(name, state.machine).text, state.machine, parameter(name).quantity);
+  const axis = (name) => {
+    const { text, symbol = text, quantity } = parameter(name, state.machine);
+    return named(isPhone() ? symbol : text, state.machine, quantity); // which leaves room for numbers
+  };
   const { horizontal, vertical } = state.plane;
   plane.scene = {
     below,

@@ -29,7 +29,7 @@ export function complete(oscillator) {
 const oscillatorOf = ({ oscillator }) => complete(oscillator);
 
 const SINGLE = {
-  omega: { text: "forcing frequency ω", quantity: "frequency" },
+  omega: { text: "forcing frequency ω", symbol: "ω", quantity: "frequency" },
   clearance: { text: "clearance", quantity: "length" },
   clearance_left: { text: "clearance of the left stop", quantity: "length" },
   restitution: {
