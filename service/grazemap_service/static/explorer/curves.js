@@ -17,6 +17,14 @@ export const NAMES = {
   NS: "Neimark-Sacker",
   GR: "graze of a further contact",
 };
+// What happens where one crosses such a curve.
+export const MEANINGS = {
+  SN: "a motion begins, or ends",
+  PD: "a motion comes to repeat only every other time",
+  SB: "right and left cease to be alike",
+  NS: "a slow beat begins",
+  GR: "a stop is touched once more",
+};
 
 // The dyadic interval of at most eight parts that contains an interval, inside a domain.
 /** @param {Interval} interval  @param {Interval} domain  @returns {Interval} */

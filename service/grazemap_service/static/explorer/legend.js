@@ -15,8 +15,8 @@ export class Legend {
   #meanings = [];
   #inSight = { motions: [], ramp: null };
 
-  // `names` are those of bifurcations; `changed` is called when a motion was switched off or on.
-  constructor({ colours, names, changed }) {
+  // `names` are those of bifurcations, `meanings` what they do; `changed` is called when a motion was switched off or on.
+  constructor({ colours, names, meanings, changed }) {
     this.colours = colours;
     this.changed = changed;
     const { bifurcations, orders } = colours.palette;
@@ -24,7 +24,7 @@ export class Legend {
       ...Object.entries(names).map(([type, name]) => ({
         isSeen: (drawing) => drawing.type === type,
         colours: [bifurcations[type]],
-        text: `${type}: ${name}`,
+        text: `${type}: ${name}; ${meanings[type]}`,
       })),
       { isSeen: ({ dashed }) => dashed, text: "Dashed: no motion follows it, as its orbits are not admissible." },
       {
@@ -34,7 +34,7 @@ export class Legend {
       { isSeen: ({ thin, type }) => thin && type, text: "Thin: the motion is unstable on both sides." },
       {
         isSeen: ({ shape }) => shape === "circle",
-        text: "Circles: half periods after which the graze recurs:",
+        text: "Circles: the touch recurs after so many half periods:",
         numbered: orders,
       },
     ].map((/** @type {any} */ { colours: before = [], numbered = [], ...meaning }) => {

@@ -4,7 +4,7 @@ import { serve } from "./api.js";
 import * as address from "./address.js";
 import { AxisForm } from "./axisform.js";
 import { grazes } from "./contours.js";
-import { Curves, NAMES } from "./curves.js";
+import { Curves, MEANINGS, NAMES } from "./curves.js";
 import { byId, isPhone } from "./dom.js";
 import { hasControl, isFramed, showControls, slidersOf } from "./embed.js";
 import { Gallery } from "./gallery.js";
@@ -228,7 +228,7 @@ const sliders = new Sliders({
     if (state.at) openPanel();
   },
 });
-const legend = new Legend({ colours, names: NAMES, changed: () => refresh() });
+const legend = new Legend({ colours, names: NAMES, meanings: MEANINGS, changed: () => refresh() });
 const overview = new Overview({
   chosen: (window) => {
     usual();
