@@ -74,8 +74,6 @@ type Line = {
   isGraze?: boolean;
   isBorder?: boolean;
 };
-type Mark = { x: number; y: number; shape: string; colour: string; text: string; [how: string]: any };
-type Drawn = { lines: Line[]; marks: Mark[] };
 type Box = { left: number; right: number; top: number; bottom: number };
 
 // How a job is asked for and followed.

@@ -1,4 +1,5 @@
 // Lines on which a value of the points of a tile is zero, as where the steady motion touches a stop.
+import { along, isWithin } from "./lattice.js";
 
 // The places of n points along a side in shares of it, with the ends, and their values there, which go on straight.
 const shares = (n) => [0, ...Array.from({ length: n }, (_, k) => (k + 0.5) / n), 1];
@@ -39,8 +40,6 @@ export function zeros(values, n) {
 const TEXTS = Object.fromEntries(
   ["right", "left"].map((stop) => [stop, `Grazing curve: on it the steady motion just touches the ${stop} stop.`]),
 );
-const isWithin = (value, [low, high]) => low <= value && value <= high;
-const along = ([low, high], share) => low + share * (high - low);
 
 // Where the steady motion touches a stop: of each tile, the coarsest first, where no finer one is over it.
 /** @param {Tile[]} tiles  @param {string} colour  @returns {Line[]} */

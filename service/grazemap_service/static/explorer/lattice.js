@@ -5,6 +5,12 @@ export const POINTS = 128;
 const ROUNDINGS = 64; // neighbouring points are at least so many roundings apart
 const TILE_PIXELS = 240;
 
+// Whether an interval has a value, and the value at a share of it.
+/** @type {(value: number, interval: Interval) => boolean} */
+export const isWithin = (value, [low, high]) => low <= value && value <= high;
+/** @type {(interval: Interval, share: number) => number} */
+export const along = ([low, high], share) => low + share * (high - low);
+
 const binade = (value) => {
   let exponent = Math.floor(Math.log2(value));
   if (2 ** exponent > value) exponent -= 1;

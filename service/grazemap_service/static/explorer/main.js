@@ -11,7 +11,7 @@ import { Gallery } from "./gallery.js";
 import { listJobs } from "./jobs.js";
 import { Gestures } from "./gestures.js";
 import { Colours } from "./labels.js";
-import { POINTS, exponentFor, partsOf, pointsOf, tilesOf } from "./lattice.js";
+import { POINTS, exponentFor, isWithin, partsOf, pointsOf, tilesOf } from "./lattice.js";
 import { LAYERS, addObservables, paint, rangeOf, reading, shares } from "./layers.js";
 import { Legend } from "./legend.js";
 import { followed } from "./links.js";
@@ -98,7 +98,7 @@ const act = {
   settled: () => remember(),
   pick: (at, { byKey = false } = {}) => {
     if (!plane.holds(at) || !hasControl(state.embed, "point")) return;
-    open(pointAt(at));
+    open(pointAt(at, reading(seen(), at.x, at.y)));
     if (byKey) byId("point-name").focus();
   },
   point: (at) => {
@@ -342,11 +342,12 @@ async function restore() {
   showEmbedded();
 }
 
-// The point that is meant by a place on the plane: that of a mark, or the computed one, if it is as near as a few pixels.
-function pointAt(at, seenTiles = seen()) {
+// The point that is meant by a place on the plane: that of a mark, or the one of a tile, where its point is `known` and
+// as near as a few pixels.
+function pointAt(at, known) {
   const near = plane.markAt(at);
   if (near) return [near.x, near.y];
-  const own = reading(seenTiles, at.x, at.y)?.at;
+  const own = known?.at;
   return own && plane.areNear(at, { x: own[0], y: own[1] }) ? own : ofPixel(at);
 }
 
@@ -367,7 +368,7 @@ function open(at) {
 
 // The interval, or another one of its width about a value that it does not contain.
 const around = (value, [low, high], [least, most]) => {
-  if (within(value, [low, high])) return [low, high];
+  if (isWithin(value, [low, high])) return [low, high];
   const half = (high - low) / 2;
   return [Math.max(least, value - half), Math.min(most, value + half)];
 };
@@ -474,8 +475,6 @@ function show() {
   live(seenTiles);
 }
 
-const within = (value, [low, high]) => low <= value && value <= high;
-
 // The lines below the plane: what is under the pointer, and how far the tiles are.
 function say(seenTiles = seen()) {
   const progress = tiles.progress();
@@ -492,7 +491,7 @@ function say(seenTiles = seen()) {
     isEnded: across.ended || up.ended,
     isSensitive: roundOffDecides(seenTiles),
   });
-  if (!isRefining && seenTiles.length) home?.complete();
+  if (!isRefining && seenTiles.length) taken?.complete();
   Object.assign(byId("progress"), { max: progress.total, value: progress.done, className: isRefining ? "" : "done" });
   byId("says").className = troubles.length ? "wrong" : ""; // which has room on a phone too
   byId("says").textContent = [...troubles, work].join(" ");
@@ -505,8 +504,9 @@ function say(seenTiles = seen()) {
 
 function readingAt(at, seenTiles) {
   const drawn = plane.markText(at) ?? plane.nearestLine(at)?.text;
-  const [x, y] = pointAt(at, seenTiles);
-  return words.ofPoint(state, { x, y }, { drawn, here: reading(seenTiles, at.x, at.y) });
+  const here = reading(seenTiles, at.x, at.y);
+  const [x, y] = pointAt(at, here);
+  return words.ofPoint(state, { x, y }, { drawn, here });
 }
 
 // Marks a place on the plane, or none.
@@ -593,7 +593,7 @@ new Gallery({
 });
 listJobs();
 arrangeMenus();
-const home = offer(() => {
+const taken = offer(() => {
   const { x: across, y: up } = plane.centre;
   const middle = ({ x: [left, right], y: [low, high] }) =>
     Number(left <= across && across < right && low <= up && up < high);

@@ -12,6 +12,18 @@ const NEAR = 4; // pixels between places that are one for a pointer
 const MARK = 10; // pixels within which marks cover one another, and a pointer is at one
 const SETTLED_AFTER = 250; // milliseconds without a further step, after which a window is a place in the history
 
+// Strokes a path in a colour, with a rim that tells it from what is below: so much wider in white.
+function rimmed(pen, width, colour, rim) {
+  for (const [wide, stroke] of [
+    [width + rim, "#FFFFFF"],
+    [width, colour],
+  ]) {
+    pen.lineWidth = wide;
+    pen.strokeStyle = stroke;
+    pen.stroke();
+  }
+}
+
 export class Plane {
   spot = null; // a place on the canvas that is marked
   box = null; // the rectangle that is being dragged, { from, to }
@@ -218,14 +230,8 @@ export class Plane {
       }
     });
     pen.setLineDash(dashed ? [6, 4] : []);
-    for (const [width, stroke] of [
-      [thin ? 2.5 : 4, "#FFFFFF"],
-      [thin ? 1 : 1.75, colour],
-    ]) {
-      pen.lineWidth = width;
-      pen.strokeStyle = stroke;
-      pen.stroke();
-    }
+    if (thin) rimmed(pen, 1, colour, 1.5);
+    else rimmed(pen, 1.75, colour, 2.25);
     pen.setLineDash([]);
   }
 
@@ -255,14 +261,7 @@ export class Plane {
   #paintSpot(pen, { px, py }) {
     pen.beginPath();
     pen.arc(px, py, 5, 0, 2 * Math.PI);
-    for (const [width, stroke] of [
-      [4, "#FFFFFF"],
-      [2, "#000000"],
-    ]) {
-      pen.lineWidth = width;
-      pen.strokeStyle = stroke;
-      pen.stroke();
-    }
+    rimmed(pen, 2, "#000000", 2);
   }
 
   #paintCross(pen, { x, y }, ink) {
@@ -278,14 +277,7 @@ export class Plane {
       pen.moveTo(px + 4 * dx, py + 4 * dy);
       pen.lineTo(px + 14 * dx, py + 14 * dy);
     }
-    for (const [width, stroke] of [
-      [5, "#FFFFFF"],
-      [2, "#000000"],
-    ]) {
-      pen.lineWidth = width;
-      pen.strokeStyle = stroke;
-      pen.stroke();
-    }
+    rimmed(pen, 2, "#000000", 3);
     pen.strokeStyle = ink;
   }
 

@@ -1,8 +1,7 @@
 // Points of a window for the story to show: beside the grazing curve, and inside the regions of motions.
+import { along } from "./lattice.js";
 
 const STEPS = 40; // of the part of a window in which regions are looked for, along a side
-
-const along = ([low, high], share) => low + share * (high - low);
 
 // A value of a line at x, between its points, which rise; null where it has none.
 function valueAt({ x: xs, y: ys }, x) {
