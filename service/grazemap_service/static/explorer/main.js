@@ -362,6 +362,7 @@ function open(at) {
   hint = "";
   state.at = at;
   openPanel();
+  if (isPhone()) plane.reveal({ x: at[0], y: at[1] }, innerHeight * SEEN_ON_PHONE);
   remember();
   refresh();
 }
@@ -394,7 +395,6 @@ function openPanel() {
   const here = state.policy === "rest" ? null : reading(seen(), x, y);
   const start = here && `On the map, ${STARTS[state.policy].phrase}: ${here.label}. Below is the motion from rest.`;
   const note = plane.markText({ x, y }) ?? (touches(state.at) ? NEAR_GRAZE : null);
-  if (isPhone()) plane.reveal({ x, y }, innerHeight * SEEN_ON_PHONE);
   point.show({ ...state, note: [start, note].filter(Boolean).join(" ") });
 }
 
