@@ -20,10 +20,18 @@ from tests.support.running_stack import RunningStack
 from tests.support.watched_page import FLAGS
 from tools.pace import pace
 
-MOST_SECONDS = {"first motions": 2.0, "previews": 6.0, "verified": 15.0}
+MOST_SECONDS = {"first motions": 1.0, "previews": 6.0, "verified": 15.0}
 ROUNDS = 3
 IDLE_SHARE, IDLE_SECONDS = 0.05, 2.0
 LONGEST = 120_000  # milliseconds
+MOTIONS, VERIFIED = "#legend li", "#progress.done"
+_NOTING = f"""
+window.seen = {{}};
+new MutationObserver(() => {{
+  for (const selector of {[MOTIONS, VERIFIED]})
+    if (document.querySelector(selector)) seen[selector] ??= Date.now();
+}}).observe(document, {{ attributes: true, childList: true, subtree: true }});
+"""
 
 
 def rest(stack: RunningStack) -> None:
@@ -45,12 +53,12 @@ def one_round(browser: Browser) -> dict[str, float]:
     try:
         rest(stack)
         page = browser.new_context(viewport={"width": 1280, "height": 800}).new_page()
+        page.add_init_script(_NOTING)
         began = time.time()
         page.goto(stack.url)
-        expect(page.locator("#legend li").first).to_be_attached(timeout=LONGEST)
-        first = time.time() - began
-        expect(page.locator("#progress.done")).to_be_attached(timeout=LONGEST)
-        verified = time.time() - began
+        expect(page.locator(VERIFIED)).to_be_attached(timeout=LONGEST)
+        # of the page's own clock: playwright looks again after up to a second
+        first, verified = (page.evaluate("seen")[selector] / 1e3 - began for selector in (MOTIONS, VERIFIED))
         jobs: list[dict[str, Any]] = stack.request("/v1/jobs?process=unfolding-maps&limit=500")["jobs"]
         page.context.close()
     finally:
