@@ -70,7 +70,7 @@ def test_a_page_of_this_machine_shows_the_chosen_controls(watched: Watched, url:
     inside = framed(page, MACHINE, port, frame(f"{url}/#{QUICK}&embed=sliders"))
     expect(inside.locator("#living")).to_be_visible(timeout=60_000)
     expect(inside.locator("#sliders input").first).to_be_visible()
-    for hidden in ("header", "#legend-section", "#tools", "#preset", "#form-section", "#story"):
+    for hidden in ("header", "#legend-section", "#zoom-in", "#home", "#preset", "#form-section", "#story"):
         expect(inside.locator(hidden)).to_be_hidden()
     # a press keeps to the plane, as the address does not name the point
     before = page.evaluate("history.length")
@@ -110,6 +110,10 @@ def test_the_wheel_scrolls_the_page_around_until_a_press_is_on_the_plane(watched
     page.mouse.wheel(0, 120)
     soon(page, lambda: inside.locator("#whole").get_attribute("href") != address)
     assert page.evaluate("scrollY") == scrolled
+    # a moved window has a way back
+    inside.locator("#home").click()
+    expect(inside.locator("#whole")).to_have_attribute("href", str(address))
+    expect(inside.locator("#home")).to_be_hidden()
 
 
 def test_a_notebook_shows_the_page_of_a_map(watched: Watched, url: str, port: int) -> None:

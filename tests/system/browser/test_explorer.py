@@ -609,13 +609,10 @@ def test_a_table_of_a_view_that_is_not_complete_says_so(small: Watched, url: str
 def test_jobs_are_listed_and_cancelled(small: Watched, url: str) -> None:
     page = show(small, url, f"{ALSO_HARD}&{LONG}", wait=False)
     unfold(page, "Jobs")
-    verified_tiles = page.locator("#jobs li").filter(has_text="unfolding-maps", has_not_text="preview")
-    button = verified_tiles.get_by_role("button").first
-    name = button.get_attribute("aria-label")
-    assert name is not None
-    identity = name.split()[-1]
-    button.click()
-    job = next(entry["id"] for entry in maps(url) if entry["id"].startswith(identity))
+    verified_tiles = page.locator("#jobs li:has(button)").filter(has_text="unfolding maps", has_not_text="preview")
+    link = verified_tiles.get_by_role("link").last.get_attribute("href")
+    job = str(link).rpartition("/")[2]
+    page.locator(f'#jobs li:has(a[href="{link}"]) button').click()
     assert ended(url, job) == "dismissed"
     expect(page.locator("#says")).to_contain_text("The job was cancelled", timeout=30_000)
     page.evaluate(f"location.hash = '{QUICK}'")

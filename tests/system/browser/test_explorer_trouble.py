@@ -90,7 +90,7 @@ def test_the_list_of_jobs_has_those_whose_requests_are_too_long_for_lists(page: 
     page.page.route("**/v1/jobs?*", lambda route: route.continue_())
     page.page.goto(address)
     page.page.evaluate("document.getElementById('jobs-section').open = true")
-    expect(page.page.locator("#jobs")).to_contain_text(f"{job[:8]} unfolding-maps", timeout=30_000)
+    expect(page.page.locator(f'#jobs a[href="v1/jobs/{job}"]')).to_have_text("unfolding maps", timeout=30_000)
 
 
 def test_a_machine_of_the_address_with_unknown_stops_is_drawn(page: Watched, address: str) -> None:

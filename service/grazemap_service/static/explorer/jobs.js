@@ -44,22 +44,24 @@ function rangesOf(request) {
 function entry(job) {
   const { id, process, status, progress, request, waiting_for: waitingFor } = job;
   const { done, total } = progress;
-  const what = [process, request?.preview && "preview", ...rangesOf(request)].filter(Boolean).join(", ");
+  const what = [process.replaceAll("-", " "), request?.preview && "preview", ...rangesOf(request)]
+    .filter(Boolean)
+    .join(", ");
   const line = element(
     "li",
     {},
-    element("a", { href: `v1/jobs/${id}`, textContent: id.slice(0, 8), title: "The job, as JSON" }),
-    ` ${what} `,
+    element("a", { href: `v1/jobs/${id}`, textContent: what, title: "The job, as JSON" }),
+    " ",
   );
   if (!isRunning(job)) line.append(status);
   else {
     line.append(
-      element("progress", { max: total || 1, value: done, "aria-label": `Progress of ${process} ${id.slice(0, 8)}` }),
+      element("progress", { max: total || 1, value: done, "aria-label": `Progress of ${what}` }),
       waitingFor ?? "",
       element("button", {
         type: "button",
         textContent: "Cancel",
-        "aria-label": `Cancel ${process} ${id.slice(0, 8)}`,
+        "aria-label": `Cancel ${what}`,
         onclick: () => cancel(id),
       }),
     );

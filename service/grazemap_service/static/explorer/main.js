@@ -139,8 +139,9 @@ const point = new PointPanel({
 });
 const living = new Living(byId("living"));
 const story = new Story({ changed: () => refresh() });
-// The window to begin with.
+// The window to begin with: that of the link where the page is a part of another one, else one for the machine.
 function first() {
+  if (linked) return linked;
   if (isUsual(state.plane)) {
     const { x, y } = (state.machine.oscillator && overview.suggested()) || STANDARD;
     return { x, y };
@@ -148,6 +149,10 @@ function first() {
   const about = (name) => intervalAbout(name, valueOf(state.machine, name, openPlace()));
   return { x: about(state.plane.horizontal), y: about(state.plane.vertical) };
 }
+
+// Whether a part of another page shows the window that it began with.
+const isAtHome = () =>
+  Boolean(linked) && ["x", "y"].every((side) => linked[side].every((end, k) => end === state[side][k]));
 
 let choosing = null; // the machine that is about to be shown
 const form = new MachineForm({
@@ -316,6 +321,7 @@ function remember() {
 
 const showEmbedded = () => showControls(state.embed, address.write({ ...state, embed: null }));
 
+let linked = null; // the window of the link by which the page is a part of another one
 let following = null; // the address that is about to be shown: what changes meanwhile does not replace it
 
 // Shows what the address says, and completes it.
@@ -328,6 +334,7 @@ async function restore() {
   const old = state;
   const differs = (name) => JSON.stringify(old[name]) !== JSON.stringify(state[name]);
   state = { ...next };
+  linked = state.embed && { x: state.x, y: state.y };
   linkText = faults.join(" ");
   history.replaceState(null, "", address.write(state));
   choose(state.units);
@@ -457,6 +464,7 @@ function show() {
     inUnits,
   };
   plane.draw();
+  byId("home").hidden = isAtHome();
   byId("ask-graze").hidden = !state.at || !touches(state.at);
   viewForm.show(state);
   windowForm.show(state);
