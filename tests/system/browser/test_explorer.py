@@ -52,7 +52,7 @@ pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
 STATIC = Path(grazemap_service.__file__).parent / "static"
 PALETTE = Path(grazemap.__file__).parent / "palette.json"
 MOST_BYTES = 120_000
-LONG = 'machine={"periods":1000}'  # so that a tile takes a while
+LONG = 'machine={"periods":4000}'  # so that a tile takes a while
 
 
 def test_the_page_is_small() -> None:
@@ -114,6 +114,8 @@ def test_an_address_opens_a_map_that_another_client_has_computed(
         umap = job.wait(120).result()
     page = watched.page
     page.route("**/v1/unfolding-maps", lambda _: None)  # no tile of the page comes
+    if says.startswith("machine"):  # an explorer that is open follows a new address, too
+        show(watched, url, QUICK, wait=False)
     page.goto(f"{url}/#map={job.id}")
     expect(page.locator("#legend")).to_contain_text(umap.motions()[0].label, timeout=WAIT)
     row, column = 30, 12
@@ -610,11 +612,26 @@ def test_jobs_are_listed_and_cancelled(small: Watched, url: str) -> None:
     page = show(small, url, f"{ALSO_HARD}&{LONG}", wait=False)
     unfold(page, "Jobs")
     verified_tiles = page.locator("#jobs li:has(button)").filter(has_text="unfolding maps", has_not_text="preview")
-    link = verified_tiles.get_by_role("link").last.get_attribute("href")
+    link = verified_tiles.get_by_role("link").first.get_attribute("href")
     job = str(link).rpartition("/")[2]
     page.locator(f'#jobs li:has(a[href="{link}"]) button').click()
     assert ended(url, job) == "dismissed"
-    expect(page.locator("#says")).to_contain_text("The job was cancelled", timeout=30_000)
+    says = page.locator("#says")
+    expect(says).to_contain_text("The job was cancelled", timeout=30_000)
+    # where it is asked for again it is computed
+    page.keyboard.press("Escape")  # the menu lies over the buttons
+    page.get_by_label("Zoom in").click()
+    page.get_by_label("Zoom out").click()
+    soon(page, lambda: httpx2.get(f"{url}/v1/jobs/{job}").json()["status"] == "running")
+    page.wait_for_timeout(1500)
+    expect(says).not_to_contain_text("cancelled")
+    # the list keeps the focus while it is renewed
+    unfold(page, "Jobs")
+    other = verified_tiles.get_by_role("button").first
+    other.focus()
+    name = page.evaluate("document.activeElement.value")
+    page.wait_for_timeout(2500)
+    assert page.evaluate("document.activeElement.value") == name
     page.evaluate(f"location.hash = '{QUICK}'")
 
 

@@ -66,6 +66,9 @@ def test_the_page_goes_on_after_maps_that_cannot_be_read(page: Watched, address:
         return len({json.dumps(body) for body in page.posted("unfolding-maps")})
 
     until(lambda: asked() > 2 * AT_ONCE, 60)
+    expect(page.page.locator("#progress.done")).to_be_attached(timeout=60_000)
+    expect(page.page.locator("#says")).to_contain_text("failed")
+    expect(page.page.locator("#says")).not_to_contain_text("Refining")
 
 
 def test_the_list_of_jobs_is_asked_for_once_at_a_time(page: Watched, address: str) -> None:

@@ -11,7 +11,7 @@ from urllib.parse import quote
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from tests.support.explorer_page import FIRST, QUICK
+from tests.support.explorer_page import FIRST, QUICK, show
 from tests.support.page_modules import modules
 from tests.support.watched_page import Watched
 from tests.system.browser.conftest import watched_page
@@ -136,3 +136,65 @@ def test_a_machine_that_the_service_refuses_is_said_and_another_one_is_shown(wat
     assert "machine=" not in page.url
     expect(page.locator("#modes li")).to_have_count(3, timeout=60_000)  # of the paper's machine
     assert all(body.get("oscillator") is None for body in watched.posted("unfolding-maps"))
+
+
+def test_parts_of_a_link_that_mean_nothing_are_said(page: Page) -> None:
+    (fault,) = page.evaluate(READ, f"#{FIRST}&x=1&restitution=0.5..1")["faults"]
+    assert "x, restitution" in fault
+
+
+@pytest.mark.parametrize("fields", [{"masses": 2}, {"bias": 5}], ids=["masses", "bias"])
+def test_a_machine_without_the_lists_of_one_is_said(watched: Watched, url: str, fields: dict[str, Any]) -> None:
+    page = watched.page
+    page.goto(f"{url}/#{QUICK}&{machine(oscillator=fields)}")
+    expect(page.locator("#says")).to_contain_text(next(iter(fields)), timeout=60_000)
+    expect(page.locator("#modes li")).to_have_count(3, timeout=60_000)  # of the paper's machine
+
+
+def test_a_link_keeps_its_machine_where_the_service_fails(watched: Watched, url: str) -> None:
+    page = watched.page
+    failed = json.dumps({"title": "Internal Server Error", "status": 500})
+    page.route("**/v1/structures", lambda route: route.fulfill(status=500, body=failed))
+    page.goto(f"{url}/#{QUICK}&{machine(oscillator={'restitution': 0.7})}")
+    expect(page.locator("#progress")).to_have_attribute("value", re.compile("[0-9]"), timeout=60_000)
+    assert "0.7" in page.url
+    expect(page.locator("#says")).not_to_contain_text("refuses")
+    watched.complaints.clear()  # of the answers with 500
+
+
+def test_trouble_before_the_first_window_is_said(watched: Watched, url: str) -> None:
+    page = watched.page
+    page.route("**/v1/**", lambda route: route.abort())
+    page.goto(f"{url}/#{QUICK}&{machine(oscillator={'restitution': 0.7})}")
+    page.mouse.move(600, 400)
+    expect(page.locator("#says")).to_contain_text("does not answer")
+    page.unroute_all()
+    expect(page.locator("#progress")).to_have_attribute("value", re.compile("[0-9]"), timeout=60_000)
+    assert all("net::ERR_FAILED" in text for text in watched.complaints)
+    watched.complaints.clear()
+
+
+def test_a_link_that_is_followed_replaces_a_machine_that_is_awaited(watched: Watched, url: str) -> None:
+    page = show(watched, url, QUICK, wait=False)
+    page.route("**/v1/grazing-curves", lambda _: None)
+    page.locator("#preset").select_option("hammer")
+    expect(page.locator("#says")).to_contain_text("Computing the grazing curve")
+    page.unroute_all()
+    page.evaluate(f"location.hash = '{FIRST}'")
+    expect(page.locator("#says")).not_to_contain_text("Computing the grazing curve", timeout=60_000)
+    page.wait_for_timeout(1000)
+    assert "machine=" not in page.url
+
+
+def test_home_is_the_first_window_of_a_machine_before_its_curve_is_there(watched: Watched, url: str) -> None:
+    page = show(watched, url, QUICK, wait=False)
+    page.locator("#preset").select_option("hammer")
+    expect(page).to_have_url(re.compile("machine="), timeout=60_000)
+    expect(page).to_have_url(re.compile("omega=40..80"))
+    page.route("**/v1/grazing-curves", lambda _: None)
+    page.reload()
+    page.get_by_role("button", name="Zoom in").click()
+    expect(page).not_to_have_url(re.compile("omega=40..80"), timeout=60_000)
+    page.get_by_role("button", name="First window").click()
+    expect(page).to_have_url(re.compile("omega=40..80"))
+    page.unroute_all(behavior="ignoreErrors")

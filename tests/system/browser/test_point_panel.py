@@ -228,6 +228,13 @@ def test_the_motion_that_just_touches_is_shown_on_the_grazing_curve(small: Watch
     box = path.bounding_box()
     assert box is not None
     assert [box["y"], box["y"] + box["height"]] == pytest.approx(ends, abs=6.0)
+    # it plays in place of the motion before, and stops
+    canvas = page.locator("#animation")
+    pixels = "canvas => canvas.toDataURL()"
+    page.get_by_role("button", name="Pause").click()
+    still = canvas.evaluate(pixels)
+    page.wait_for_timeout(300)
+    assert canvas.evaluate(pixels) == still
     page.mouse.click(*place(page, 0.28, 1.7))
     expect(page.locator("#point-name")).to_have_text("1-1r-1l", timeout=WAIT)
     expect(button).to_be_hidden()

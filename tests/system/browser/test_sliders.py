@@ -11,7 +11,19 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.support.explorer_page import USUAL, WAIT, answered, paler, picture, place, reading, show, soon, verified
+from tests.support.explorer_page import (
+    USUAL,
+    WAIT,
+    answered,
+    paler,
+    picture,
+    place,
+    reading,
+    show,
+    soon,
+    unfold,
+    verified,
+)
 from tests.support.watched_page import Watched
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
@@ -80,6 +92,7 @@ def test_a_slider_recolours_the_plane_and_what_is_released_is_kept(small: Watche
 def test_a_slider_follows_keys_and_moves_the_open_point_too(small: Watched, url: str) -> None:
     page = show(small, url, f"{USUAL}&at=0.27,1.5", wait=False)
     expect(page.locator("#point-name")).to_have_text("1-2r-2l", timeout=WAIT)
+    unfold(page, "Machine")  # which lay over the point
     slider = page.locator("#sliders [name=restitution]")
     slider.focus()
     page.keyboard.press("ArrowLeft")
@@ -88,3 +101,23 @@ def test_a_slider_follows_keys_and_moves_the_open_point_too(small: Watched, url:
     assert slider.get_attribute("aria-valuetext") == str(value)
     soon(page, lambda: small.posted("periodic-orbits")[-1].get("oscillator", {}).get("restitution") == value)
     expect(slider).to_be_focused()
+
+
+def test_a_slider_of_the_frequency_keeps_the_focus_and_follows_the_form(small: Watched, url: str) -> None:
+    plane = "horizontal=restitution&vertical=clearance&restitution=0.5..0.75&clearance=1.5..1.75&omega=0.28"
+    page = show(small, url, plane, wait=False)
+    slider, output = page.locator("#sliders [name=omega]"), page.locator("#sliders label:has([name=omega]) output")
+    expect(output).to_have_text("0.28")
+    slider.focus()
+    values = [0.28]
+    for _ in range(3):
+        page.keyboard.press("ArrowRight")
+        expect(page).to_have_url(re.compile(f"omega={output.inner_text()}(&|$)"))
+        expect(slider).to_be_focused()
+        values.append(float(output.inner_text()))
+    assert values == sorted(set(values))
+    assert float(slider.input_value()) / float(slider.get_attribute("max") or 1) > 0.5  # where it was moved to
+    unfold(page, "View")
+    page.locator("#fixed-omega input").fill("0.3")
+    page.keyboard.press("Enter")
+    expect(output).to_have_text("0.3")

@@ -1,8 +1,9 @@
 // The state of the page in the address: #omega=0.25..0.3125&clearance=1.25..2&layer=motion&at=0.28,1.6&machine={...}
 // Of a plane of other parameters: #horizontal=omega&vertical=restitution&omega=0.25..0.3125&restitution=0.5..1&clearance=1.6
 import { EMBEDDED } from "./embed.js";
+import { isPart, isWithin } from "./lattice.js";
 import { LAYERS, hasLayer } from "./layers.js";
-import { USUAL, isUsual, namesOf, parameter } from "./parameters.js";
+import { FIXED, USUAL, isUsual, namesOf, parameter } from "./parameters.js";
 import { PRESETS } from "./presets.js";
 import { SIDES } from "./sketch.js";
 import { STARTS } from "./starts.js";
@@ -34,7 +35,6 @@ const numbers = (text, separator) => {
   const values = parts.map((part) => (part.trim() ? Number(part) : NaN));
   return values.length === 2 && values.every(Number.isFinite) ? values : null;
 };
-const isWithin = ([low, high], [least, most]) => least <= low && high <= most;
 const positive = (text) => (Number.isFinite(Number(text)) && Number(text) > 0 ? Number(text) : null);
 const oneOf = (names) => (text) => (names.includes(text) ? text : null);
 const written = ([low, high]) => `${low}..${high}`;
@@ -44,6 +44,7 @@ const domainText = ([least, most]) =>
 // Reads parts of an address, and keeps what is wrong with them.
 class Parts {
   faults = [];
+  known = new Set(["map", ...FIXED]); // names of parts that mean something
 
   constructor(hash) {
     this.query = new URLSearchParams(hash.replace(/^#/, ""));
@@ -56,6 +57,7 @@ class Parts {
   // The value that `parse` makes of a part, null: it is wrong; `instead` where there is none, or a wrong one.
   take(name, parse, allowed, instead, text = `${instead}`) {
     const given = this.query.get(name);
+    this.known.add(name);
     if (given === null) return instead;
     const value = parse(given);
     if (value !== null) return value;
@@ -68,7 +70,7 @@ class Parts {
     const { domain } = parameter(name);
     const parse = (text) => {
       const ends = numbers(text, "..");
-      return ends && ends[0] < ends[1] && isWithin(ends, domain) ? ends : null;
+      return ends && ends[0] < ends[1] && isPart(ends, domain) ? ends : null;
     };
     const allowed = `two numbers ${domainText(domain)}, the smaller one first, as ${written(instead)}`;
     return this.take(name, parse, allowed, instead, written(instead));
@@ -82,6 +84,7 @@ function planeOf(parts, standard, machine) {
   const [horizontal, vertical] = ["horizontal", "vertical"].map((name) =>
     parts.take(name, oneOf(names), `one of ${names.join(", ")}`, USUAL[name]),
   );
+  parts.known.add(horizontal).add(vertical);
   const usual = () => ({
     x: parts.interval("omega", standard.x),
     y: parts.interval("clearance", standard.y),
@@ -89,7 +92,7 @@ function planeOf(parts, standard, machine) {
   });
   if (isUsual({ horizontal, vertical })) return usual();
   const varies = (name) => horizontal === name || vertical === name;
-  const fixed = ["omega", "clearance"].filter((name) => !varies(name));
+  const fixed = FIXED.filter((name) => !varies(name));
   const isOf = (name) => numbers(query.get(name) ?? "", "..") !== null;
   const missing = [
     ...[horizontal, vertical].filter((name) => !isOf(name)),
@@ -172,6 +175,7 @@ function unitsOf(parts) {
 // The controls that an address names for a page within another one; null: the page is whole.
 function controlsOf(parts) {
   const names = parts.query.get("embed")?.split(",").filter(Boolean);
+  parts.known.add("embed");
   if (!names) return null;
   const unknown = names.filter((name) => !EMBEDDED.includes(name));
   if (unknown.length) parts.wrong(`embed has ${unknown.join(", ")}`, EMBEDDED.join(", "), "the rest");
@@ -203,7 +207,7 @@ export function read(hash, standard) {
       "at",
       (text) => {
         const place = numbers(text, ",");
-        return place && isWithin([place[0], place[0]], across) && isWithin([place[1], place[1]], up) ? place : null;
+        return place && isWithin(place[0], across) && isWithin(place[1], up) ? place : null;
       },
       "two numbers of the plane with a comma between them",
       UNSAID.at,
@@ -212,8 +216,7 @@ export function read(hash, standard) {
     embed: controlsOf(parts),
     machine,
   };
-  const known = [...Object.keys(window.plane), ...Object.keys(state), "map"];
-  const unknown = [...parts.query.keys()].filter((name) => !known.includes(name) && !parameter(name));
+  const unknown = [...parts.query.keys()].filter((name) => !parts.known.has(name));
   if (unknown.length) parts.faults.push(`The link’s ${unknown.join(", ")} means nothing here and is left out.`);
   return { state, faults: parts.faults };
 }

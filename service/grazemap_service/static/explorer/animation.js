@@ -41,6 +41,7 @@ export class Animation {
   }
 
   play() {
+    this.stop();
     this.#began = performance.now();
     this.#before = 0;
     const step = (now) => {

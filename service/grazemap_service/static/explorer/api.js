@@ -4,19 +4,18 @@ import { forTab } from "./kept.js";
 const FINISHED = ["successful", "failed", "dismissed"];
 const BUSY = [429, 502, 503, 504, 507];
 const WAIT_SECONDS = 20;
-const NPZ = "application/x-npz";
+export const NPZ = "application/x-npz";
 
 // One asker for each open page, so that pages that share a job give it up one by one.
 const asker = `explorer-${[...crypto.getRandomValues(new Uint8Array(9))].map((byte) => byte.toString(36)).join("")}`;
 
 // What the service refused or could not do: an RFC 9457 document.
-export class Problem extends Error {
+class Problem extends Error {
   constructor(body, status) {
     const [first] = body.errors ?? [];
     const where = first?.pointer ? `${first.pointer.slice(1)}: ` : "";
     super(first ? `${where}${first.detail}.` : (body.detail ?? body.title ?? `The service answers ${status}.`));
-    this.status = status;
-    this.errors = body.errors ?? [];
+    this.errors = body.errors ?? []; // what the service has against a request; none where it fails itself
   }
 }
 
@@ -27,15 +26,15 @@ export const serve = (handlers) => Object.assign(page, handlers);
 
 const pause = (seconds, signal) =>
   new Promise((resolve, reject) => {
-    const timer = setTimeout(resolve, 1000 * seconds);
-    signal?.addEventListener(
-      "abort",
-      () => {
-        clearTimeout(timer);
-        reject(signal.reason);
-      },
-      { once: true },
-    );
+    const stop = () => {
+      clearTimeout(timer);
+      reject(signal.reason);
+    };
+    const timer = setTimeout(() => {
+      signal?.removeEventListener("abort", stop);
+      resolve();
+    }, 1000 * seconds);
+    signal?.addEventListener("abort", stop, { once: true });
   });
 
 let key = forTab.get("grazemap-key");
@@ -124,14 +123,16 @@ export async function compute(process, request, { npz = false, priority, signal,
         body: request,
         signal: id ? signal : undefined,
       });
+      const isFirst = id === null;
       id = answer.headers.get("Location").split("/").pop();
+      const isCancelled = cancelled.delete(id) && !isFirst;
       if (answer.headers.get("Preference-Applied")?.includes("return=representation")) {
         return { id, data: await (npz ? answer.arrayBuffer() : answer.json()) };
       }
       const job = await answer.json();
       if (signal?.aborted) throw signal.reason;
       if (job.status === "failed") throw new Problem(job.problem ?? {}, 500);
-      if (job.status === "dismissed" || cancelled.delete(id))
+      if (job.status === "dismissed" || isCancelled)
         throw new Problem({ detail: "The job was cancelled; moving the plane asks for it again." }, 409);
       if (!FINISHED.includes(job.status)) onJob?.(job);
     }

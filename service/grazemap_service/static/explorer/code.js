@@ -1,5 +1,5 @@
 // The view as a program and as a command: they compute the very points that the page shows.
-import { POINTS, leavesGraze } from "./curves.js";
+import { CURVE_POINTS, leavesGraze } from "./curves.js";
 import { LAYERS } from "./layers.js";
 import { isUsual } from "./parameters.js";
 import * as requests from "./requests.js";
@@ -39,7 +39,7 @@ function* overlays({ machine, plane, curves }, { x, y }) {
   const { clearance } = requests.curve(machine, x);
   const ofStops = clearance ? `, clearance=${python(clearance)}` : "";
   if (isUsual(plane)) {
-    yield ["curve", `client.grazing_curve(machine, omega=${ends(x)}, points=${POINTS}${ofStops})`];
+    yield ["curve", `client.grazing_curve(machine, omega=${ends(x)}, points=${CURVE_POINTS}${ofStops})`];
     yield ["points", `client.codimension_two_points(machine, omega=${ends(x)}${ofStops})`];
   }
   if (curves === "all" && leavesGraze(plane)) {

@@ -7,7 +7,7 @@ import { percent } from "./layers.js";
 import { isUsual } from "./parameters.js";
 import * as requests from "./requests.js";
 
-export const POINTS = 513; // of a grazing curve
+export const CURVE_POINTS = 513; // of a grazing curve
 const BORDER_POINTS = 96;
 const KEPT = 50;
 export const NAMES = {
@@ -28,7 +28,7 @@ export const MEANINGS = {
 
 // The dyadic interval of at most eight parts that contains an interval, inside a domain.
 /** @param {Interval} interval  @param {Interval} domain  @returns {Interval} */
-export function around([low, high], domain) {
+function around([low, high], domain) {
   const exponent = Math.min(Math.ceil(Math.log2((high - low) / 4)), Math.log2(domain[1] - domain[0]));
   const parts = indices([low, high], exponent, domain);
   const size = 2 ** exponent;
@@ -100,6 +100,7 @@ const WHAT = {
 export class Curves {
   #kept = new Map();
   #running = new Map(); // what is being computed -> { abort, done }, the share in words
+  #failed = new Set();
 
   constructor({ changed, failed, palette }) {
     this.changed = changed;
@@ -118,7 +119,7 @@ export class Curves {
     }
     this.family = family;
     const [across, up] = [around(x, domains.x), around(y, domains.y)];
-    const range = { start: across[0], stop: across[1], points: POINTS };
+    const range = { start: across[0], stop: across[1], points: CURVE_POINTS };
     const ofLeft = { ...machine, stops: "left" };
     this.#ask("graze", isUsual(plane), () => requests.curve(machine, range));
     this.#ask("beside", isUsual(plane) && machine.stops === "unequal", () => requests.curve(ofLeft, range));
@@ -145,6 +146,13 @@ export class Curves {
     delete this.wanted[what];
   }
 
+  // Forgets what has failed, so that it is asked for again; returns whether anything has.
+  forgive() {
+    const hadFailed = this.#failed.size > 0;
+    this.#failed.clear();
+    return hadFailed;
+  }
+
   // What is being computed, in words.
   pending() {
     return [...this.#running].map(([what, { done }]) => `${WHAT[what][1]}${done ? ` (${done})` : ""}`);
@@ -154,6 +162,7 @@ export class Curves {
     const name = `${what} ${JSON.stringify(request)}`;
     if (this.wanted[what]?.name === name) return;
     this.#leave(what);
+    if (this.#failed.has(name)) return;
     this.wanted[what] = { name, request };
     if (this.#kept.has(name)) return;
     const running = { abort: new AbortController(), done: "" };
@@ -167,8 +176,10 @@ export class Curves {
       this.#kept.set(name, { ...data, id });
       if (this.#kept.size > KEPT) this.#kept.delete(this.#kept.keys().next().value);
     } catch (error) {
-      if (!isAborted(error)) {
+      if (!isAborted(error) && !running.abort.signal.aborted) {
+        this.#failed.add(name);
         this.#forget(what);
+        delete this.wanted[what];
         this.failed(error);
       }
     }

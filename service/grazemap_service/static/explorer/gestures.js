@@ -123,7 +123,7 @@ export class Gestures {
     };
     if (event.ctrlKey || event.metaKey || event.altKey || !keys[event.key]) return;
     event.preventDefault();
-    keys[event.key]();
     this.act.point(this.plane.middle);
+    keys[event.key]();
   }
 }

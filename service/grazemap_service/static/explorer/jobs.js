@@ -18,7 +18,9 @@ export function listJobs() {
     try {
       const { jobs } = await (await send(`v1/jobs?small=false&limit=${ASKED}`)).json();
       const sorted = [...jobs.filter(isRunning), ...jobs.filter((job) => !isRunning(job))];
+      const focused = byId("jobs").querySelector("button:focus")?.value;
       byId("jobs").replaceChildren(...sorted.slice(0, SHOWN).map(entry));
+      if (focused) byId("jobs").querySelector(`button[value="${focused}"]`)?.focus();
       if (sorted.length > SHOWN) byId("jobs").append(element("li", { textContent: "and older ones" }));
     } catch (error) {
       byId("jobs").replaceChildren(element("li", { textContent: error.message }));
@@ -61,6 +63,7 @@ function entry(job) {
       element("button", {
         type: "button",
         textContent: "Cancel",
+        value: id,
         "aria-label": `Cancel ${what}`,
         onclick: () => cancel(id),
       }),

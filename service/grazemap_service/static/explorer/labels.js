@@ -160,13 +160,16 @@ export class Colours {
 }
 
 // Ramps that colour-blind people tell apart: cividis (Nunez et al. 2018), and blue to red through white.
-const CIVIDIS = ["#00224E", "#35456C", "#666970", "#948E77", "#C8B866", "#FEE838"].map(channels);
-const DIVERGING = ["#053061", "#4393C3", "#F7F7F7", "#D6604D", "#67001F"].map(channels);
+const CIVIDIS = ["#00224E", "#35456C", "#666970", "#948E77", "#C8B866", "#FEE838"];
+const DIVERGING = ["#053061", "#4393C3", "#F7F7F7", "#D6604D", "#67001F"];
+
+// The colours of a ramp, as far apart as one another.
+export const rampOf = (diverging) => (diverging ? DIVERGING : CIVIDIS);
 
 // The colour of a share from 0 to 1 on a ramp.
 /** @returns {[number, number, number]} */
 export function onRamp(diverging, share) {
-  const ramp = diverging ? DIVERGING : CIVIDIS;
+  const ramp = rampOf(diverging).map(channels);
   const place = Math.min(1, Math.max(0, share)) * (ramp.length - 1);
   const low = Math.min(ramp.length - 2, Math.floor(place));
   const part = place - low;

@@ -8,6 +8,8 @@ const TILE_PIXELS = 240;
 // Whether an interval has a value, and the value at a share of it.
 /** @type {(value: number, interval: Interval) => boolean} */
 export const isWithin = (value, [low, high]) => low <= value && value <= high;
+/** @type {(part: Interval, whole: Interval) => boolean} */
+export const isPart = ([low, high], whole) => isWithin(low, whole) && isWithin(high, whole);
 /** @type {(interval: Interval, share: number) => number} */
 export const along = ([low, high], share) => low + share * (high - low);
 

@@ -134,7 +134,7 @@ function ofValues(tile, field, { diverging, range, colours }) {
 /** @param {Tile} tile */
 export function paint(tile, layer, { hidden, range, colours }) {
   const n = tile.points;
-  const canvas = tile.canvas ?? new OffscreenCanvas(n, n);
+  const canvas = tile.image ?? new OffscreenCanvas(n, n);
   const pen = canvas.getContext("2d");
   const image = pen.createImageData(n, n);
   const pixels = new Uint32Array(image.data.buffer);
@@ -144,7 +144,6 @@ export function paint(tile, layer, { hidden, range, colours }) {
     for (let column = 0; column < n; column++)
       pixels[(n - 1 - row) * n + column] = pixelOf(row * n + column, row, column);
   pen.putImageData(image, 0, 0);
-  tile.canvas = canvas;
   return canvas;
 }
 

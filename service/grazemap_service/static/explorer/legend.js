@@ -1,6 +1,6 @@
 // The legend: the motions in the view, which one switches off and on, or the ramp of a value.
 import { byId, element, swatch } from "./dom.js";
-import { NAMED, isFree } from "./labels.js";
+import { NAMED, isFree, rampOf } from "./labels.js";
 import { inWords } from "./motionwords.js";
 import { LAYERS, percent } from "./layers.js";
 import { toRead } from "./ticks.js";
@@ -12,6 +12,7 @@ export class Legend {
   hidden = new Set();
   #shown = "";
   #isWhole = false;
+  #hasGrown = false; // since it was shown last
   #meanings = [];
   #inSight = { motions: [], ramp: null };
 
@@ -87,7 +88,8 @@ export class Legend {
   #showRamp(state, range) {
     const { text, missing } = this.#rampOf(state, range);
     byId("ramp-missing").textContent = missing;
-    byId("ramp").className = LAYERS[state.layer].diverging ? "diverging" : "sequential";
+    const colours = rampOf(LAYERS[state.layer].diverging);
+    byId("ramp").querySelector("span").style.backgroundImage = `linear-gradient(90deg, ${colours.join(", ")})`;
     byId("ramp-text").textContent = text;
   }
 
@@ -101,10 +103,10 @@ export class Legend {
     byId("legend").replaceChildren(...first.map(({ label, share }) => this.#entry(label, share)));
     const others = all.length - first.length;
     if (others) byId("legend").append(this.#rest(others, first.length < Math.min(all.length, NAMED)));
-    if (focused)
-      byId("legend")
-        .querySelector(`button[value="${CSS.escape(focused)}"]`)
-        ?.focus();
+    const buttons = [...byId("legend").querySelectorAll("button")];
+    if (this.#hasGrown) buttons[FIRST]?.focus();
+    else if (focused) buttons.find(({ value }) => value === focused)?.focus();
+    this.#hasGrown = false;
   }
 
   // Says how many motions are left out, and shows more of them if they have colours of their own.
@@ -113,7 +115,7 @@ export class Legend {
     if (!hasMore) return element("li", { textContent: `and ${text}` });
     const more = element("button", { type: "button", textContent: `and ${text} …` });
     more.addEventListener("click", () => {
-      this.#isWhole = true;
+      this.#isWhole = this.#hasGrown = true;
       this.changed();
     });
     return element("li", {}, more);

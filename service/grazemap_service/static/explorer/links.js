@@ -9,13 +9,13 @@ async function against(machine) {
   try {
     await structureOf(machine);
     return null;
-  } catch ({ errors, message }) {
-    if (!errors) return null; // the tiles say what is wrong with the service
+  } catch ({ errors }) {
+    if (!errors?.length) return null; // the tiles say what is wrong with the service
     const texts = errors.map(({ pointer, detail, allowed }) => {
       const where = pointer.split("/").slice(2).join("/");
       return `${where ? `${where}: ` : ""}${detail}${allowed ? `; allowed: ${allowed}` : ""}`;
     });
-    return texts.slice(0, MOST_ERRORS).join("; ") || message;
+    return texts.slice(0, MOST_ERRORS).join("; ");
   }
 }
 

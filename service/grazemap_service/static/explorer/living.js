@@ -16,6 +16,7 @@ export class Living {
   #asking = null;
   #next = null;
   #last = 0;
+  #played = ""; // the request whose motion is played
 
   // `figure` has a canvas and a caption.
   constructor(figure) {
@@ -71,7 +72,7 @@ export class Living {
     const name = JSON.stringify(request);
     this.#next = null;
     const kept = this.#kept.get(name);
-    if (kept) this.#play(machine, at, kept, colour);
+    if (kept) this.#play(name, { machine, at, path: kept, colour });
     else {
       this.#asking = new AbortController();
       const wait = this.#last + APART - performance.now();
@@ -82,7 +83,7 @@ export class Living {
           const { data } = await compute("trajectories", request, { priority: 8, signal: this.#asking.signal });
           this.#kept.set(name, data);
           if (this.#kept.size > KEPT) this.#kept.delete(this.#kept.keys().next().value);
-          if (!this.#next && !this.#asking.signal.aborted) this.#play(machine, at, data, colour);
+          if (!this.#next && !this.#asking.signal.aborted) this.#play(name, { machine, at, path: data, colour });
         }
       } catch (error) {
         if (!isAborted(error)) this.hide(); // what is wrong is said where the plane's own questions fail
@@ -92,8 +93,13 @@ export class Living {
     this.#ask();
   }
 
-  #play(machine, at, path, colour) {
+  #play(name, { machine, at, path, colour }) {
     this.figure.hidden = false;
+    if (name === this.#played && this.animation.playing) {
+      this.animation.colour = colour; // the motion goes on
+      return;
+    }
+    this.#played = name;
     this.animation.show(moving(machine, at, path, colour));
     if (!isStill() && !this.animation.playing) this.animation.play();
   }

@@ -1,7 +1,7 @@
 // The form of the machine: presets, its fields with their errors, and its natural frequencies while one types.
 import { byId, element, notNumber } from "./dom.js";
 import { EXAMPLE, complete } from "./parameters.js";
-import { PRESETS } from "./presets.js";
+import { PRESETS, presetOf } from "./presets.js";
 import { sketch } from "./sketch.js";
 import { structureOf } from "./structures.js";
 import { toRead } from "./ticks.js";
@@ -11,8 +11,6 @@ const FIELDS = ["masses", "stiffnesses", "damping", "forcing", "restitution"];
 const LISTS = ["masses", "stiffnesses", "forcing"];
 const OF_CHAIN = ["masses", "stiffnesses", "damping"]; // what matrices stand in place of
 const TYPING_PAUSE = 300;
-
-const idOf = ({ oscillator, stops, left }) => JSON.stringify([oscillator, stops, left]);
 
 const textOf = (name, value) => {
   if (value === undefined) return "";
@@ -103,8 +101,7 @@ export class MachineForm {
 
   show(machine) {
     const { oscillator, stops, left, periods } = machine;
-    const isThis = ([, preset]) => idOf(preset.machine) === idOf(machine);
-    byId("preset").value = Object.entries(PRESETS).find(isThis)?.[0] ?? "";
+    byId("preset").value = presetOf(machine) ?? "";
     const { units = "nondimensional", ...others } = complete(oscillator);
     const fields = this.form.elements;
     fields.units.value = units;

@@ -25,7 +25,7 @@ import { PlaceCard } from "./placecard.js";
 import { Plane } from "./plane.js";
 import { PlaneForm } from "./planeform.js";
 import { PointPanel } from "./point.js";
-import { PRESETS } from "./presets.js";
+import { PRESETS, presetOf } from "./presets.js";
 import * as requests from "./requests.js";
 import { Sliders } from "./sliders.js";
 import { STARTS, isSweep } from "./starts.js";
@@ -56,7 +56,7 @@ const [palette, observables] = await Promise.all(
 addObservables(observables);
 const colours = new Colours(palette);
 const isBare = !location.hash && !isFramed;
-let state = STANDARD;
+let state = { ...STANDARD };
 let ofPoint = { lines: [], marks: [] }; // what the point draws into the plane
 let before = []; // the tiles that were in sight last, until those of another machine come
 let place = null; // where the pointer is on the canvas of the plane; null: elsewhere
@@ -143,7 +143,7 @@ const story = new Story({ changed: () => refresh() });
 function first() {
   if (linked) return linked;
   if (isUsual(state.plane)) {
-    const { x, y } = (state.machine.oscillator && overview.suggested()) || STANDARD;
+    const { x, y } = PRESETS[presetOf(state.machine)] ?? overview.suggested() ?? state;
     return { x, y };
   }
   const about = (name) => intervalAbout(name, valueOf(state.machine, name, openPlace()));
@@ -293,10 +293,10 @@ function askSweep(request) {
   clearTimeout(sweeping);
   sweeping = setTimeout(() => {
     sweeping = null;
-    if (!isSweep(state.policy)) return;
+    if (!isSweep(state.policy)) return refresh();
     const { x, y } = { x: address.endsOf(state.x), y: address.endsOf(state.y) };
     tiles.showWhole(family(), request(partsOf(x), partsOf(y), false), { x, y }, POINTS);
-    refresh();
+    return refresh();
   }, SWEEP_AFTER);
 }
 
@@ -304,13 +304,13 @@ let ordering = null;
 function orderAgain() {
   ordering ??= setTimeout(() => {
     ordering = null;
-    if (place) ask();
+    if (place && plane.view && !isSweep(state.policy)) ask();
   }, ORDER_AGAIN);
 }
 
 function remember() {
   if (following !== null) return;
-  tiles.forgive();
+  if ([tiles.forgive(), curves.forgive()].includes(true)) ask();
   linkText = "";
   const hash = address.write(state);
   // the history of a frame is that of the page around it
@@ -328,12 +328,16 @@ let following = null; // the address that is about to be shown: what changes mea
 async function restore() {
   const { hash } = location;
   following = hash;
-  const { state: next, faults } = await followed(hash, STANDARD);
+  choosing = null;
+  const id = address.mapOf(hash);
+  const map = id ? await storedMap(id).catch((error) => error) : null;
+  const { state: next, faults } = await followed(map ? addressOf(map, hash) : hash, STANDARD);
   if (hash !== location.hash) return;
   following = null;
   const old = state;
   const differs = (name) => JSON.stringify(old[name]) !== JSON.stringify(state[name]);
   state = { ...next };
+  if (!hasControl(state.embed, "point")) state.at = null;
   linked = state.embed && { x: state.x, y: state.y };
   linkText = faults.join(" ");
   history.replaceState(null, "", address.write(state));
@@ -342,11 +346,32 @@ async function restore() {
   planeForm.show(state);
   plane.domains = domains();
   plane.view = { x: state.x, y: state.y };
+  story.forget();
   change({});
   if (!state.at) point.clear();
-  else if (["at", "machine", "plane", "policy", "units"].some(differs)) openPanel();
+  else if (["at", "machine", "plane", "policy", "units"].some(differs)) {
+    uncover();
+    openPanel();
+  }
   overview.show(state.machine, isUsual(state.plane) ? state : null);
   showEmbedded();
+  if (map instanceof Error) fail(map);
+  else if (map?.points) showStored(map, id);
+}
+
+// The address of the view of a stored map, with the controls of a hash; of a fault, that of the usual view.
+function addressOf(map, hash) {
+  const { embed } = address.read(hash, STANDARD).state;
+  const { machine, ...view } = map.view ?? { machine: {} };
+  return address.write({ ...STANDARD, ...view, machine: { ...STANDARD.machine, ...machine }, embed });
+}
+
+// Shows the points of a stored map, as a tile of what is shown now.
+function showStored({ data, view, ...map }, id) {
+  const tile = { ...map, ...view, name: `map ${id}`, id, family: familyOf() };
+  data()
+    .then((content) => tiles.add({ ...tile, data: content }))
+    .catch(fail);
 }
 
 // The point that is meant by a place on the plane: that of a mark, or the one of a tile, where its point is `known` and
@@ -368,6 +393,7 @@ function open(at) {
   story.end();
   hint = "";
   state.at = at;
+  uncover();
   openPanel();
   if (isPhone()) plane.reveal({ x: at[0], y: at[1] }, innerHeight * SEEN_ON_PHONE);
   remember();
@@ -381,10 +407,11 @@ const around = (value, [low, high], [least, most]) => {
   return [Math.max(least, value - half), Math.min(most, value + half)];
 };
 
-// Whether a place on the plane is under a card.
-function isUnder(id, { px, py }) {
-  const { left, right, top, bottom } = byId(id).getBoundingClientRect();
-  return left <= px && px <= right && top <= py && py <= bottom;
+// Folds the machine's card where it lies over the open point.
+function uncover() {
+  const { px, py } = plane.place({ x: state.at[0], y: state.at[1] });
+  const { left, right, top, bottom } = byId("left").getBoundingClientRect();
+  if (isWithin(px, [left, right]) && isWithin(py, [top, bottom])) byId("machine-section").open = false;
 }
 
 // Whether a point is on the grazing curve, as far as that is there.
@@ -398,7 +425,6 @@ function openPanel() {
     foldsLegend = true;
   }
   const [x, y] = state.at;
-  if (isUnder("left", plane.place({ x, y }))) byId("machine-section").open = false;
   const here = state.policy === "rest" ? null : reading(seen(), x, y);
   const start = here && `On the map, ${STARTS[state.policy].phrase}: ${here.label}. Below is the motion from rest.`;
   const note = plane.markText({ x, y }) ?? (touches(state.at) ? NEAR_GRAZE : null);
@@ -471,6 +497,7 @@ function show() {
   pointForm.show(state);
   legend.show(state, motions, range);
   legend.explain(plane.scene, state);
+  if (!plane.view) return say(seenTiles); // the first one is not there yet
   story.look({
     window: state,
     centre: plane.centre,
@@ -480,13 +507,13 @@ function show() {
   });
   sliders.show(state, slidersOf(state.embed));
   say(seenTiles);
-  live(seenTiles);
+  return live(seenTiles);
 }
 
 // The lines below the plane: what is under the pointer, and how far the tiles are.
 function say(seenTiles = seen()) {
   const progress = tiles.progress();
-  const isRefining = progress.done < progress.total || Boolean(sweeping);
+  const isRefining = progress.done + progress.failed < progress.total || Boolean(sweeping);
   const { x: across, y: up } = levels();
   const troubles = [troubleText, linkText, errorText].filter(Boolean);
   const work = words.ofWork({
@@ -499,15 +526,16 @@ function say(seenTiles = seen()) {
     isEnded: across.ended || up.ended,
     isSensitive: roundOffDecides(seenTiles),
   });
-  if (!isRefining && seenTiles.length) taken?.complete();
+  if (!isRefining && !progress.failed && seenTiles.length) taken?.complete();
   Object.assign(byId("progress"), { max: progress.total, value: progress.done, className: isRefining ? "" : "done" });
   byId("says").className = troubles.length ? "wrong" : ""; // which has room on a phone too
   byId("says").textContent = [...troubles, work].join(" ");
-  byId("reading").textContent = place
-    ? readingAt(plane.value(place), seenTiles)
-    : hasControl(state.embed, "point")
-      ? hint
-      : "Point at a colour to see its machine move.";
+  byId("reading").textContent =
+    place && plane.view
+      ? readingAt(plane.value(place), seenTiles)
+      : hasControl(state.embed, "point")
+        ? hint
+        : "Point at a colour to see its machine move.";
 }
 
 function readingAt(at, seenTiles) {
@@ -582,9 +610,9 @@ addEventListener("popstate", () => {
   restore();
 });
 plane.canvas.addEventListener("pointerdown", () => story.end());
-byId("story-again").addEventListener("click", () => {
+byId("story-again").addEventListener("click", async () => {
   history.pushState(null, "", location.pathname);
-  restore();
+  await restore();
   byId("about-section").open = false;
   story.begin();
   byId("story-next").focus();
@@ -607,6 +635,7 @@ const taken = offer(() => {
     Number(left <= across && across < right && low <= up && up < high);
   return {
     state,
+    link: location.href,
     ...plane.scene,
     marks: plane.marksApart,
     image: plane.image(),
@@ -630,18 +659,5 @@ addEventListener("pagehide", () => tiles.show("", null, [], domains()));
 addEventListener("pageshow", ({ persisted }) => {
   if (persisted) change({});
 });
-const asked = address.mapOf(location.hash);
-const stored = asked && (await storedMap(asked).catch((error) => error));
-if (asked) {
-  const { embed } = address.read(location.hash, STANDARD).state;
-  const { machine, ...view } = stored.view ?? { machine: {} };
-  const there = stored.view ? { ...STANDARD, ...view, machine: { ...STANDARD.machine, ...machine }, embed } : STANDARD;
-  history.replaceState(null, "", address.write(there));
-}
 await restore();
 if (isBare && !Story.wasSeen) story.begin();
-if (stored instanceof Error) fail(stored);
-else if (stored?.points)
-  tiles
-    .add({ ...stored, ...stored.view, data: await stored.data(), name: `map ${asked}`, id: asked, family: familyOf() })
-    .catch(fail);

@@ -47,8 +47,9 @@ export async function showOthers(panel) {
     Infinity,
   );
   const settled = Math.round(STATES * (1 - unresolved));
-  const text =
-    motions.length > 1
+  const text = !motions.length
+    ? `None of ${STATES} random states has settled to a motion.`
+    : motions.length > 1
       ? `${motions.length} motions exist side by side here. Of ${STATES} random states so many settle to each:`
       : `All ${settled < STATES ? `${settled} of ${STATES} random states that settle` : `${STATES} random states`} lead to one motion.`;
   const items = motions.map(({ label, share }) => {

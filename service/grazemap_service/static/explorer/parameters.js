@@ -2,6 +2,7 @@
 // { horizontal, vertical, omega, clearance }: the names of two parameters, and the values of those two where they are
 // not axes.
 
+export const FIXED = ["omega", "clearance"]; // what has a value where it is no axis
 export const USUAL = { horizontal: "omega", vertical: "clearance", omega: null, clearance: null };
 /** @type {(plane: { horizontal: string, vertical: string }) => boolean} */
 export const isUsual = ({ horizontal, vertical }) => horizontal === "omega" && vertical === "clearance";
@@ -19,10 +20,13 @@ export const EXAMPLE = {
 export function complete(oscillator) {
   if (!oscillator) return EXAMPLE;
   const { masses, matrices, base, units } = oscillator;
+  const { forcing, restitution, damping, ...chain } = EXAMPLE;
   return {
-    ...(!matrices && units !== "SI" && { damping: EXAMPLE.damping }),
-    ...(!base && masses && { forcing: masses.map((_, k) => Number(k === 0)) }),
-    restitution: EXAMPLE.restitution,
+    ...(!matrices && chain),
+    ...(!matrices && units !== "SI" && { damping }),
+    ...(!base && !matrices && !masses && { forcing }),
+    ...(!base && Array.isArray(masses) && { forcing: masses.map((_, k) => Number(k === 0)) }),
+    restitution,
     ...oscillator,
   };
 }
@@ -68,7 +72,10 @@ export function parameter(name, { stops } = {}) {
 /** @param {Machine} machine  @returns {string[]} */
 export function namesOf(machine) {
   const oscillator = oscillatorOf(machine);
-  const has = { bias: oscillator.bias?.some(Boolean), clearance_left: machine.stops === "unequal" };
+  const has = {
+    bias: Array.isArray(oscillator.bias) && oscillator.bias.some(Boolean),
+    clearance_left: machine.stops === "unequal",
+  };
   const single = Object.keys(SINGLE).filter((name) => has[name] ?? name !== "bias");
   const lists = Object.keys(LISTED).filter((list) => Array.isArray(oscillator[list]));
   return [...single, ...lists.flatMap((list) => oscillator[list].map((_, k) => `${list}[${k + 1}]`))];

@@ -2,9 +2,10 @@
 // machine, and a caption.
 import { drawnAxes, layout, path, scales } from "./axes.js";
 import { drawing, element } from "./dom.js";
-import { onRamp } from "./labels.js";
+import { rampOf } from "./labels.js";
 import { percent } from "./layers.js";
 import { complete } from "./parameters.js";
+import { DRAWN } from "./plane.js";
 import { sketch } from "./sketch.js";
 
 const WIDTH = 960;
@@ -21,7 +22,8 @@ const WIDE_LETTER = 0.72; // in a link
 const SWATCH = 11;
 const INK = "#1a1a1a";
 const SOFT = "#55585c";
-const RAMP_STEPS = 8;
+const CIRCLE = `M-${DRAWN.circle} 0${[1, -1].map((way) => `a${DRAWN.circle} ${DRAWN.circle} 0 1 0 ${2 * way * DRAWN.circle} 0`).join("")}z`;
+const DIAMOND = `M0 -${DRAWN.diamond}L${DRAWN.diamond} 0L0 ${DRAWN.diamond}L-${DRAWN.diamond} 0z`;
 const SCALE = 2; // pixels of the PNG over lengths of the drawing
 
 const text = (content, x, y, attributes = {}) =>
@@ -80,9 +82,8 @@ function square(look, x, y) {
 
 function writeLegend(column, { motions, ramp, meanings }, lookOf) {
   if (ramp) {
-    const share = (k) => k / (RAMP_STEPS - 1);
-    const stops = Array.from({ length: RAMP_STEPS }, (_, k) =>
-      drawing("stop", { offset: share(k), "stop-color": `rgb(${onRamp(ramp.diverging, share(k)).join(",")})` }),
+    const stops = rampOf(ramp.diverging).map((colour, k, { length }) =>
+      drawing("stop", { offset: k / (length - 1), "stop-color": colour }),
     );
     const bar = { x: column.x, y: column.y, width: column.width, height: SWATCH, fill: "url(#ramp)" };
     column.put(LINE, drawing("linearGradient", { id: "ramp" }, ...stops), drawing("rect", bar));
@@ -184,7 +185,7 @@ export function picture({
   const stroke = (line, halo) => ({
     d: path(line, { px, py }),
     stroke: halo ? "#ffffff" : line.colour,
-    "stroke-width": (line.thin ? 1 : 1.75) + (halo ? 2 : 0),
+    "stroke-width": DRAWN[line.thin ? "thin" : "line"] + (halo ? DRAWN.rim[line.thin ? "thin" : "line"] : 0),
     ...(line.dashed && { "stroke-dasharray": "6 4" }),
   });
   const cross = at && `M${px(at.x) - 9} ${py(at.y)}h18M${px(at.x)} ${py(at.y) - 9}v18`;
@@ -233,7 +234,7 @@ export function picture({
         drawing(
           "path",
           {
-            d: mark.shape === "circle" ? "M-5 0a5 5 0 1 0 10 0a5 5 0 1 0 -10 0z" : "M0 -6L6 0L0 6L-6 0z",
+            d: mark.shape === "circle" ? CIRCLE : DIAMOND,
             transform: `translate(${px(mark.x).toFixed(1)} ${py(mark.y).toFixed(1)})`,
             fill: mark.colour,
             stroke: "#ffffff",

@@ -7,7 +7,10 @@ export class PlaceCard {
 
   constructor() {
     this.card = byId("place");
-    byId("place-close").addEventListener("click", () => this.hide());
+    byId("place-close").addEventListener("click", () => {
+      this.hide();
+      byId("plane").focus();
+    });
     byId("place-back").addEventListener("click", () => history.back());
   }
 

@@ -3,14 +3,14 @@ import { layout, paintAxes } from "./axes.js";
 import { isPhone } from "./dom.js";
 import { PALE } from "./layers.js";
 
-// The strips with the axes, over the picture: widths of the one on the left and the one below, and the size of letters.
-const EDGES = { side: 60, strip: 26, font: 12 };
-const PHONE_EDGES = { side: 54, strip: 22, font: 10 };
 const STRIP_ALPHA = 0.8;
 const PREVIEW_ALPHA = 0.75;
 const NEAR = 4; // pixels between places that are one for a pointer
 const MARK = 10; // pixels within which marks cover one another, and a pointer is at one
 const SETTLED_AFTER = 250; // milliseconds without a further step, after which a window is a place in the history
+
+// How lines and marks are drawn, here and in pictures: widths, what their rims add to these, and half the size of a mark.
+export const DRAWN = { line: 1.75, thin: 1, rim: { line: 2.25, thin: 1.5 }, circle: 6, diamond: 7.2 };
 
 // Strokes a path in a colour, with a rim that tells it from what is below: so much wider in white.
 function rimmed(pen, width, colour, rim) {
@@ -27,11 +27,12 @@ function rimmed(pen, width, colour, rim) {
 export class Plane {
   spot = null; // a place on the canvas that is marked
   box = null; // the rectangle that is being dragged, { from, to }
-  #edges = EDGES;
+  #edges = { side: 0, strip: 0, font: 12 }; // the strips with the axes, over the picture, and the size of letters there
+  #ratio = 1; // pixels of the screen in one of CSS
   #settling = null;
   #drawing = null;
 
-  // `act` has moved(view), resized(), settled(view), pick(point), point(place on the canvas or null), home(),
+  // `act` has moved(view), resized(), settled(), pick(point), point(place on the canvas or null), home(),
   // takesWheel() and mayZoomIn().
   constructor(canvas, act) {
     this.canvas = canvas;
@@ -44,19 +45,28 @@ export class Plane {
       if (this.view) act.resized();
     }).observe(canvas);
     this.#resize();
+    const follow = () =>
+      matchMedia(`(resolution: ${this.#ratio}dppx)`).addEventListener(
+        "change",
+        () => {
+          this.#resize(); // on a screen of another density the canvas may have the same size
+          follow();
+        },
+        { once: true },
+      );
+    follow();
   }
 
   #resize() {
-    const ratio = globalThis.devicePixelRatio || 1;
+    this.#ratio = globalThis.devicePixelRatio || 1;
     const { clientWidth, clientHeight } = this.canvas;
-    this.canvas.width = Math.round(clientWidth * ratio);
-    this.canvas.height = Math.round(clientHeight * ratio);
+    this.canvas.width = Math.round(clientWidth * this.#ratio);
+    this.canvas.height = Math.round(clientHeight * this.#ratio);
     this.width = Math.max(1, clientWidth);
     this.height = Math.max(1, clientHeight);
-    this.#edges = isPhone() ? PHONE_EDGES : EDGES;
-    for (const name of ["side", "strip"])
-      // what floats keeps clear of them
-      document.documentElement.style.setProperty(`--${name}`, `${this.#edges[name]}px`);
+    const style = getComputedStyle(this.canvas);
+    const [side, strip] = ["--side", "--strip"].map((name) => parseFloat(style.getPropertyValue(name)));
+    this.#edges = { side, strip, font: isPhone() ? 10 : 12 };
     this.draw();
   }
 
@@ -103,8 +113,8 @@ export class Plane {
     this.draw();
     this.act.moved(view);
     clearTimeout(this.#settling);
-    if (now) this.act.settled(view);
-    else this.#settling = setTimeout(() => this.act.settled(view), SETTLED_AFTER);
+    if (now) this.act.settled();
+    else this.#settling = setTimeout(() => this.act.settled(), SETTLED_AFTER);
   }
 
   // Shows a window whole beside the strips of the axes.
@@ -156,10 +166,9 @@ export class Plane {
 
   #paint() {
     const pen = this.canvas.getContext("2d");
-    const ratio = globalThis.devicePixelRatio || 1;
     const style = getComputedStyle(this.canvas);
     const ink = style.color;
-    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    pen.setTransform(this.#ratio, 0, 0, this.#ratio, 0, 0);
     pen.fillStyle = style.backgroundColor;
     pen.fillRect(0, 0, this.canvas.clientWidth, this.canvas.clientHeight);
     this.#paintTiles(pen, PREVIEW_ALPHA);
@@ -168,7 +177,7 @@ export class Plane {
     for (const line of this.scene.lines ?? []) this.#paintLine(pen, line);
     for (const { mark } of this.#apart()) this.#paintMark(pen, mark);
     if (this.spot) this.#paintSpot(pen, this.spot);
-    if (this.scene.at) this.#paintCross(pen, this.scene.at, ink);
+    if (this.scene.at) this.#paintCross(pen, this.scene.at);
     if (this.box) this.#paintBox(pen);
     pen.fillStyle = style.backgroundColor;
     this.#paintAxes(pen, ink);
@@ -176,10 +185,9 @@ export class Plane {
 
   // The tiles alone, as a canvas of the size of the plane.
   image() {
-    const ratio = globalThis.devicePixelRatio || 1;
     const canvas = new OffscreenCanvas(this.canvas.width, this.canvas.height);
     const pen = canvas.getContext("2d");
-    pen.scale(ratio, ratio);
+    pen.scale(this.#ratio, this.#ratio);
     pen.fillStyle = "#FFFFFF";
     pen.fillRect(0, 0, this.width, this.height);
     this.#paintTiles(pen);
@@ -193,8 +201,7 @@ export class Plane {
 
   // The place of a tile on the canvas, in whole pixels: there are no seams.
   #rectangle(x, y) {
-    const ratio = globalThis.devicePixelRatio || 1;
-    const whole = (length) => Math.round(length * ratio) / ratio;
+    const whole = (length) => Math.round(length * this.#ratio) / this.#ratio;
     const left = whole(this.#px(x[0]));
     const top = whole(this.#py(y[1]));
     return [left, top, whole(this.#px(x[1])) - left, whole(this.#py(y[0])) - top];
@@ -230,17 +237,16 @@ export class Plane {
       }
     });
     pen.setLineDash(dashed ? [6, 4] : []);
-    if (thin) rimmed(pen, 1, colour, 1.5);
-    else rimmed(pen, 1.75, colour, 2.25);
+    const kind = thin ? "thin" : "line";
+    rimmed(pen, DRAWN[kind], colour, DRAWN.rim[kind]);
     pen.setLineDash([]);
   }
 
   #paintMark(pen, { x, y, shape, colour }) {
     const px = this.#px(x);
     const py = this.#py(y);
-    const size = 6;
     pen.beginPath();
-    if (shape === "circle") pen.arc(px, py, size, 0, 2 * Math.PI);
+    if (shape === "circle") pen.arc(px, py, DRAWN.circle, 0, 2 * Math.PI);
     else
       for (const [dx, dy] of [
         [0, -1],
@@ -248,7 +254,7 @@ export class Plane {
         [0, 1],
         [-1, 0],
       ])
-        pen.lineTo(px + 1.2 * size * dx, py + 1.2 * size * dy);
+        pen.lineTo(px + DRAWN.diamond * dx, py + DRAWN.diamond * dy);
     pen.closePath();
     pen.fillStyle = colour;
     pen.strokeStyle = "#FFFFFF";
@@ -264,7 +270,7 @@ export class Plane {
     rimmed(pen, 2, "#000000", 2);
   }
 
-  #paintCross(pen, { x, y }, ink) {
+  #paintCross(pen, { x, y }) {
     const px = this.#px(x);
     const py = this.#py(y);
     pen.beginPath();
@@ -278,7 +284,6 @@ export class Plane {
       pen.lineTo(px + 14 * dx, py + 14 * dy);
     }
     rimmed(pen, 2, "#000000", 3);
-    pen.strokeStyle = ink;
   }
 
   #paintBox(pen) {

@@ -1,10 +1,9 @@
 // The choice of the plane: its two parameters, and where the forcing frequency and the clearance are if they are not axes.
 import { byId, element, numberOf } from "./dom.js";
-import { namesOf, parameter } from "./parameters.js";
+import { FIXED, namesOf, parameter } from "./parameters.js";
 import { entry, inSI, unitOf } from "./units.js";
 
 const AXES = ["horizontal", "vertical"];
-const FIXED = ["omega", "clearance"];
 
 export class PlaneForm {
   // `chosen({ horizontal, vertical, omega, clearance })` is called with a plane; null where a number is not given.

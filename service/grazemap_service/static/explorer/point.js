@@ -16,6 +16,7 @@ import { knock } from "./sound.js";
 import { toRead } from "./ticks.js";
 import { named, shown, symbolOf, unitOf } from "./units.js";
 
+const COMPUTING = "Computing …";
 const AWAY = 100; // times a clearance, where no stop is reached
 const PERIODS_SHOWN = 12;
 const HALF = { width: 160, height: 132 };
@@ -32,6 +33,7 @@ const multiplierText = ([real, imaginary]) =>
 export class PointPanel {
   #abort = new AbortController();
   #isLoud = false;
+  #working = ""; // what was asked for last
   #animation = new Animation(byId("animation"), { hit: (share) => this.#isLoud && knock(share) });
 
   // `colours` are those of motions; `drawn` is called with the { lines, marks } of the point in the plane, `closed` when
@@ -48,8 +50,7 @@ export class PointPanel {
     byId("play").addEventListener("click", () => this.#toggle());
     const ask = (name, what, show, result) =>
       byId(`ask-${name}`).addEventListener("click", async () => {
-        await this.#work(what, () => show(this));
-        byId(result).scrollIntoView({ block: "nearest" });
+        if (await this.#work(what, () => show(this))) byId(result).scrollIntoView({ block: "nearest" });
       });
     ask("basins", "Basins", showBasins, "basins");
     ask("branch", "The branch", showBranch, "branch");
@@ -114,8 +115,8 @@ export class PointPanel {
       ...others,
     ].join(", ");
     byId("ask-branch").textContent = `Follow the branch over the ${parameter(state.plane.vertical, machine).text}`;
-    byId("point-name").textContent = "Computing …";
-    byId("point-words").textContent = "";
+    byId("point-name").textContent = COMPUTING;
+    byId("point-words").textContent = byId("point-why").textContent = "";
     byId("point-figures").replaceChildren();
     byId("multipliers").replaceChildren();
     this.orbit = null;
@@ -123,13 +124,20 @@ export class PointPanel {
     await this.#work("The motion", () => Promise.all([this.#trajectory(), this.#orbit()]));
   }
 
+  // Says what is being computed until it is there, or what is wrong; returns whether it is there.
   async #work(what, task) {
+    const { signal } = this.#abort;
+    this.#working = what;
     byId("point-says").textContent = `${what}: computing …`;
     try {
       await task();
-      byId("point-says").textContent = "";
+      if (this.#working === what) byId("point-says").textContent = "";
+      return true;
     } catch (error) {
-      if (!isAborted(error)) byId("point-says").textContent = `${what}: ${error.message}`;
+      if (isAborted(error) || signal.aborted) return false;
+      if (byId("point-name").textContent === COMPUTING) byId("point-name").textContent = "Not computed";
+      byId("point-says").textContent = `${what}: ${error.message}`;
+      return false;
     }
   }
 

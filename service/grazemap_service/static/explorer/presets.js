@@ -91,3 +91,10 @@ export const PRESETS = {
     y: [0.004, 0.036],
   },
 };
+
+// The name of the preset of a machine, however long one watches; undefined: it is none.
+/** @param {Machine} machine  @returns {string | undefined} */
+export function presetOf(machine) {
+  const idOf = (/** @type {Machine} */ { oscillator, stops, left }) => JSON.stringify([oscillator, stops, left]);
+  return Object.keys(PRESETS).find((name) => idOf(PRESETS[name].machine) === idOf(machine));
+}

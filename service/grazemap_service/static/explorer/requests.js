@@ -140,4 +140,4 @@ export function basins(machine, point, points) {
   };
 }
 
-export const structure = ({ oscillator }, rest = {}) => ({ ...(oscillator && { oscillator }), ...rest });
+export const structure = ({ oscillator }) => ({ ...(oscillator && { oscillator }) });

@@ -1,16 +1,16 @@
 // Sliders for what a machine has beside the axes of the plane.
 import { byId, element } from "./dom.js";
-import { complete, namesOf, parameter, valueOf, withParameter } from "./parameters.js";
+import { FIXED, complete, namesOf, parameter, valueOf, withParameter } from "./parameters.js";
 import { unitOf, withUnit } from "./units.js";
 
 export const SLIDERS = ["restitution", "damping", "forcing", "omega", "clearance", "clearance_left"];
-const OF_PLANE = ["omega", "clearance"];
 const STEPS = 200;
 const DOUBLINGS = 2; // of a positive value, to either side
 
 export class Sliders {
   #of = null; // the machine to which factors refer
-  #values = {};
+  #values = {}; // what sliders have made
+  #fixed = {}; // frequency and clearance where their sliders began
   isMoving = false;
 
   // `changed({ machine, plane })` is called while a slider moves, and `settled()` after it.
@@ -21,30 +21,41 @@ export class Sliders {
       this.isMoving = true;
       this.#move(target);
     });
-    this.form.addEventListener("change", () => {
+    const end = () => {
+      if (!this.isMoving) return;
       this.isMoving = false;
       settled();
-    });
+    };
+    this.form.addEventListener("change", end);
+    // no change follows where a drag ends at the value with which it began, or is broken off
+    for (const name of ["pointerup", "pointercancel", "focusout"])
+      this.form.addEventListener(name, () => setTimeout(end));
   }
 
   // Shows the values of a state of the page, of those sliders that are `allowed`; its machine is the one to which factors refer unless a slider made it.
   show({ machine, plane }, allowed = SLIDERS) {
     this.allowed = allowed;
     if (machine !== this.made) this.#begin(machine);
+    this.plane = plane;
+    for (const name of FIXED) {
+      if (plane[name] === this.#value(name)) continue;
+      this.#fixed[name] = plane[name];
+      delete this.#values[name];
+    }
+    const axes = [plane.horizontal, plane.vertical];
     const shown = JSON.stringify([
       this.#of,
-      plane,
+      axes,
+      this.#fixed,
       allowed,
-      ...OF_PLANE.map((name) => unitOf(machine, parameter(name).quantity)),
+      ...FIXED.map((name) => unitOf(machine, parameter(name).quantity)),
     ]);
     if (this.isMoving || shown === this.shown) return; // so that a slider keeps the focus
     this.shown = shown;
-    const axes = [plane.horizontal, plane.vertical];
-    const names = ["omega", "clearance", ...namesOf(machine)];
-    this.plane = plane;
+    const names = namesOf(machine);
     const sliders = this.allowed
       .filter((name) => names.includes(name) && !axes.includes(name))
-      .filter((name) => !OF_PLANE.includes(name) || plane[name] !== null);
+      .filter((name) => !FIXED.includes(name) || plane[name] !== null);
     this.form.replaceChildren(...sliders.map((name) => this.#slider(name)));
   }
 
@@ -70,7 +81,7 @@ export class Sliders {
     return 0.5 + Math.log2(value / this.#first(name)) / (2 * DOUBLINGS);
   }
   #first(name) {
-    return OF_PLANE.includes(name) ? this.plane[name] : valueOf(this.#of, name, []);
+    return FIXED.includes(name) ? this.#fixed[name] : valueOf(this.#of, name, []);
   }
 
   #slider(name) {
@@ -93,8 +104,8 @@ export class Sliders {
     this.#values[name] = value;
     input.setAttribute("aria-valuetext", this.#text(name));
     input.parentElement.querySelector("output").textContent = this.#text(name);
-    if (OF_PLANE.includes(name)) return this.changed({ plane: { ...this.plane, [name]: value } });
-    const made = Object.entries(this.#values).filter(([other]) => !OF_PLANE.includes(other));
+    if (FIXED.includes(name)) return this.changed({ plane: { ...this.plane, [name]: value } });
+    const made = Object.entries(this.#values).filter(([other]) => !FIXED.includes(other));
     const left = this.#values.clearance_left ?? this.#of.left;
     const oscillator = made
       .filter(([other]) => other !== "clearance_left")

@@ -1,9 +1,7 @@
 // A map that was computed before, by whatever client, as the page shows it: the address says #map=ID.
-import { send } from "./api.js";
+import { NPZ, send } from "./api.js";
 import { parameter } from "./parameters.js";
 import { STARTS } from "./starts.js";
-
-const NPZ = "application/x-npz";
 
 const isRange = (value) => Number.isFinite(value?.start);
 const middle = ({ start, stop }) => (start + stop) / 2;

@@ -66,7 +66,7 @@ export class Story {
     return forBrowser.get(SEEN) !== null;
   }
 
-  get isTold() {
+  get #isTold() {
     return this.#step !== null;
   }
 
@@ -81,7 +81,7 @@ export class Story {
   }
 
   end() {
-    if (!this.isTold) return;
+    if (!this.#isTold) return;
     forBrowser.set(SEEN, "seen");
     this.#leave();
     if (byId("story").contains(document.activeElement)) byId("plane").focus();
@@ -91,10 +91,15 @@ export class Story {
     this.changed();
   }
 
+  // Forgets the points of the step, as another view is shown.
+  forget() {
+    this.#leave();
+  }
+
   // Takes note of what the page shows: { window, centre, line, labelAt(x, y), placeOf(point) }.
   look(scene) {
     this.#scene = scene;
-    if (!this.isTold) return;
+    if (!this.#isTold) return;
     this.#find();
     this.#mark();
   }

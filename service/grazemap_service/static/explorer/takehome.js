@@ -1,9 +1,9 @@
 // What one takes home: the link, pictures, data and code.
-import { send } from "./api.js";
+import { NPZ, send } from "./api.js";
 import { asCurl, asPython } from "./code.js";
 import { byId, save } from "./dom.js";
 import { LAYERS } from "./layers.js";
-import { parameter } from "./parameters.js";
+import { FIXED, parameter } from "./parameters.js";
 import { asPng, asText, picture } from "./picture.js";
 import { STARTS } from "./starts.js";
 import { toRead } from "./ticks.js";
@@ -77,21 +77,19 @@ export function asCsv(tiles, { plane, x, y, machine, layer }) {
 }
 
 // What a picture says of itself below it.
-async function captionOf({ state, names, tiles, inUnits }) {
+async function captionOf({ state, names, tiles, inUnits, link }) {
   const { version } = await (await send("v1")).json();
   const axis = (name, [low, high]) => `${name} ${toRead(low, high - low)} to ${toRead(high, high - low)}`;
   const { x, y } = inUnits(state);
   const { plane, machine, layer, policy } = state;
-  const fixed = ["omega", "clearance"]
-    .filter((name) => plane[name] !== null)
-    .map((name) => {
-      const { text, quantity } = parameter(name, machine);
-      return `${named(text, machine, quantity)} ${toRead(shown(machine, quantity, plane[name]))}`;
-    });
+  const fixed = FIXED.filter((name) => plane[name] !== null).map((name) => {
+    const { text, quantity } = parameter(name, machine);
+    return `${named(text, machine, quantity)} ${toRead(shown(machine, quantity, plane[name]))}`;
+  });
   return [
     `${[axis(names.x, x), axis(names.y, y), ...fixed].join("; ")}.`,
     `${LAYERS[layer].text} ${STARTS[policy].phrase}, ${machine.periods} forcing periods watched. ${partOf(tiles).text}`,
-    `grazemap ${version}${location.href.length > READABLE ? "" : `, ${location.href}`}`,
+    `grazemap ${version}${link.length > READABLE ? "" : `, ${link}`}`,
   ];
 }
 
@@ -103,20 +101,21 @@ async function pictureOf(view) {
     reader.readAsDataURL(blob);
   });
   const caption = await captionOf(view);
-  return picture({ ...view, view: view.state, machine: view.state.machine, image, caption, link: location.href });
+  return picture({ ...view, view: view.state, machine: view.state.machine, image, caption });
 }
 
-// `now()` is { state, tiles, lines, marks, at, names, image, size, legend, lookOf, ranges }: all tiles of the view, the
+// `now()` is { state, link, tiles, lines, marks, at, names, image, size, legend, lookOf, ranges }: all tiles of the view, the
 // middle one last, those that are not complete with their points alone; `ranges(most)` those of the points of the view.
 export function offer(now) {
-  let again = null; // saves the last picture anew
-  let waiting = null; // what is done when all tiles are there
+  let again = null; // { save, link }: saves a picture as the last one, if the view is still that of the link
+  let waiting = null; // the same, when all tiles are there
   const said = (error) => {
     byId("copied").textContent = error.message;
   };
   byId("save-later").addEventListener("click", () => {
     waiting = again;
     byId("save-later").hidden = true;
+    byId("save-png").focus();
     byId("copied").textContent = "The picture will be saved when all tiles are there.";
   });
   const address = new URL(".", location.href).href.replace(/\/$/, "");
@@ -143,7 +142,7 @@ export function offer(now) {
   const savePicture = (kind, blobOf) =>
     on(`save-${kind}`, async (view) => {
       await savedPicture(view);
-      again = () => savedPicture(now()).catch(said);
+      again = { link: view.link, save: () => savedPicture(now()).catch(said) };
       byId("save-later").hidden = !partOf(view.tiles).name;
 
       async function savedPicture(seen) {
@@ -163,13 +162,15 @@ export function offer(now) {
   on("save-npz", async ({ tiles }) => {
     const tile = tiles.at(-1);
     if (!tile || !isThere(tile)) throw new Error("The tile in the middle is not complete yet.");
-    const answer = await send(`v1/jobs/${tile.id}/result`, { headers: { Accept: "application/x-npz" } });
+    const answer = await send(`v1/jobs/${tile.id}/result`, { headers: { Accept: NPZ } });
     save(`grazemap-${tile.id.slice(0, 12)}.npz`, await answer.blob());
   });
   // To be called when all tiles of the view are there.
   return {
     complete: () => {
-      waiting?.();
+      if (!waiting) return;
+      if (waiting.link === now().link) waiting.save();
+      else byId("copied").textContent = "Another view is shown: the picture was not saved again.";
       waiting = null;
     },
   };

@@ -2,7 +2,7 @@
 // Before the tiles come previews of fewer points: first one of the tile which contains 4 x 4 of them, then of each.
 import { compute, isAborted } from "./api.js";
 import { OPEN } from "./labels.js";
-import { POINTS, ancestor, bounds, range } from "./lattice.js";
+import { POINTS, ancestor, bounds, isPart, range } from "./lattice.js";
 
 const PREVIEW_POINTS = 32;
 const PREVIEW_LEVELS = 2; // a tile so many levels up has points as far apart as a preview
@@ -10,8 +10,6 @@ const GLANCE_LEVELS = 4;
 const AT_ONCE = 4; // as browsers open six connections to a host
 const KEPT = 150;
 const PRIORITY = { preview: 8, nearest: 7, tile: 5 };
-
-const isInside = ([low, high], [least, most]) => least <= low && high <= most;
 
 export class Tiles {
   #decoder;
@@ -35,7 +33,7 @@ export class Tiles {
     this.#decoder.onmessage = ({ data: { number, tile } }) => this.#decoded(number, tile);
     this.#decoder.onerror = this.#decoder.onmessageerror = () => {
       this.#decoder.terminate();
-      this.#startDecoder();
+      this.#decoder = null; // another one may do, or not: the next map tells
       for (const number of [...this.#decoding.keys()]) this.#decoded(number);
     };
   }
@@ -48,6 +46,7 @@ export class Tiles {
   // What a map has as the arrays of a tile, from its npz.
   decode(buffer, { observables = [] } = {}) {
     const number = this.#number++;
+    if (!this.#decoder) this.#startDecoder();
     return new Promise((resolve, reject) => {
       this.#decoding.set(number, (tile) => (tile ? resolve(tile) : reject(new Error("A map cannot be read."))));
       this.#decoder.postMessage({ number, buffer, observables }, [buffer]);
@@ -69,7 +68,7 @@ export class Tiles {
     const unseen = (levels) => tiles.filter((tile) => !this.#covered(family, tile, levels));
     unseen(GLANCE_LEVELS)
       .map((tile) => ancestor(tile, PREVIEW_LEVELS))
-      .filter(({ ex, ey, i, j }) => isInside(bounds(i, ex), domains.x) && isInside(bounds(j, ey), domains.y))
+      .filter(({ ex, ey, i, j }) => isPart(bounds(i, ex), domains.x) && isPart(bounds(j, ey), domains.y))
       .forEach((tile) => step(tile, PREVIEW_POINTS, true));
     if (!hurried) {
       unseen(PREVIEW_LEVELS).forEach((tile) => step(tile, PREVIEW_POINTS, true));
@@ -90,9 +89,11 @@ export class Tiles {
     this.#pump();
   }
 
-  // Forgets what has failed, so that it is asked for again.
+  // Forgets what has failed, so that it is asked for again; returns whether anything has.
   forgive() {
+    const hadFailed = this.#failed.size > 0;
     this.#failed.clear();
+    return hadFailed;
   }
 
   // Whether a tile is there, or one that contains it, up to some levels up.
@@ -132,7 +133,7 @@ export class Tiles {
       if (preview) values.labels = values.labels.map((label) => (label === "unresolved" ? OPEN : label));
       this.#keep({ ...values, name, family, id, request, points, preview, x, y });
     } catch (error) {
-      if (!isAborted(error)) {
+      if (!isAborted(error) && !abort.signal.aborted) {
         this.#failed.add(name);
         this.failed(error);
       }
