@@ -19,7 +19,8 @@ class Problem extends Error {
   }
 }
 
-// What the page does where the service needs it: `key()` is a promise of the key that a person enters; `trouble(text)`
+// What the page does where the service needs it: `key({ isWrong })` is a promise of the key that a person enters, after
+// one that the service does not take where it `isWrong`; `trouble(text)`
 // says why an answer is awaited, and "" when it has come.
 const page = { key: null, trouble: null };
 export const serve = (handlers) => Object.assign(page, handlers);
@@ -40,7 +41,7 @@ const pause = (seconds, signal) =>
 let key = forTab.get("grazemap-key");
 let keyIsAsked = null;
 async function newKey() {
-  keyIsAsked ??= page.key().finally(() => {
+  keyIsAsked ??= page.key({ isWrong: key !== null }).finally(() => {
     keyIsAsked = null;
   });
   key = await keyIsAsked;
@@ -64,7 +65,8 @@ export async function send(path, { method = "GET", headers = {}, body, signal, k
   for (;;) {
     /** @type {Record<string, string>} */
     const all = { "Grazemap-Client": asker, ...headers };
-    if (key) all.Authorization = `Bearer ${key}`;
+    const sent = key;
+    if (sent) all.Authorization = `Bearer ${sent}`;
     if (body !== undefined) all["Content-Type"] = "application/json";
     const answer = await answerTo(path, {
       method,
@@ -83,7 +85,7 @@ export async function send(path, { method = "GET", headers = {}, body, signal, k
       continue;
     }
     if (answer.status === 401) {
-      await newKey();
+      if (sent === key) await newKey(); // else another one was entered meanwhile
       continue;
     }
     const problem = new Problem(await answer.json().catch(() => ({})), answer.status);

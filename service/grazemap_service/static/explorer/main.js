@@ -578,7 +578,7 @@ function live(seenTiles) {
 }
 
 serve({
-  key: () =>
+  key: ({ isWrong }) =>
     new Promise((resolve) => {
       if (isFramed) {
         // a page of others might imitate the question, or lay something over it
@@ -587,6 +587,7 @@ serve({
         return;
       }
       const dialog = byId("key-dialog");
+      byId("key-title").textContent = isWrong ? "The service does not take this key" : "This service needs a key";
       dialog.showModal();
       dialog.addEventListener("close", () => resolve(dialog.querySelector("input").value), { once: true });
     }),
