@@ -152,12 +152,13 @@ def in_si(
         if shown is not None and isinstance(value, int | float):
             shown.write(name, [""])
         return value
-    number, unit = _parted(value.strip())
-    if shown is not None and _NUMBER.fullmatch(value.strip()):
+    text = value.strip()
+    number, unit = _parted(text)
+    if shown is not None and _NUMBER.fullmatch(text):
         shown.write(name, [unit])
     if not unit:
         return value
-    if reason := refusal(value, name, units):
+    if reason := refusal(text, name, units):
         refused.append(Refused(pointer, reason[0], reason[1].replace("--units SI", 'units="SI"')))
         return value
     return _CONVERSIONS[FIELD_UNITS[name]][unit](float(number))

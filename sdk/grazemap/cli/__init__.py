@@ -6,6 +6,7 @@ Exit codes: 0 success; 1 failure of the service, the job or a file; 2 invalid co
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 import warnings
@@ -19,6 +20,9 @@ from grazemap.errors import ConnectionFailed, GrazemapError, ParameterError, Req
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # not every console can show the infinity of a label
     options = commands.parsed(sys.argv[1:] if arguments is None else arguments)
     try:
         with warnings.catch_warnings():
@@ -35,7 +39,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return fail(f"{error}\nStart one with `grazemap up`, or give its address with --url.", FAILED)
     except (GrazemapError, OSError) as error:
         return fail(error, FAILED)
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as interrupt:
+        for note in getattr(interrupt, "__notes__", ()):
+            print(f"grazemap: {note}", file=sys.stderr)
         return INTERRUPTED
     return code
 

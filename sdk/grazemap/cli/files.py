@@ -43,6 +43,10 @@ def check_output(what: str, path: Path, endings: tuple[str, ...]) -> None:
 
         with kept_from_pyplot():
             new_figure(1.0, 1.0)
+    if path.suffix in constants.TABLE_FILES:
+        from grazemap.results.tables import require_writer
+
+        require_writer(path.suffix)
 
 
 def check_drawn(process: str) -> None:
@@ -77,10 +81,13 @@ def write(what: str, path: Path, result: Result, style: constants.PictureStyle =
     `style` is that of a picture.
     """
     with naming_errors(what, path):
-        if path.suffix in PICTURES:
-            from grazemap.plots import save_picture
+        try:
+            if path.suffix in PICTURES:
+                from grazemap.plots import save_picture
 
-            save_picture(result, path, style=style)
-        else:
-            result.save(path)
+                save_picture(result, path, style=style)
+            else:
+                result.save(path)
+        except ValueError as error:
+            raise InvalidCommand(f"{what} {path}: {error}") from error
     print(path)

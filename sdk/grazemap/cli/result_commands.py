@@ -89,7 +89,10 @@ def _plot(options: argparse.Namespace) -> int:
     files.check_drawn(result.process)
     keywords = _overlays(result, options.over) | _quantity(result, options.quantity)
     with files.naming_errors("the picture", output):
-        save_picture(result, output, style=options.style, **keywords)
+        try:
+            save_picture(result, output, style=options.style, **keywords)
+        except ValueError as error:
+            raise InvalidCommand(f"the picture {output}: {error}") from error
     print(output)
     return DONE
 

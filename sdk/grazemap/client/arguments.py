@@ -81,6 +81,8 @@ class Argument(NamedTuple):
     """The name of that other argument."""
     fields: Mapping[str, Any] = {}
     """The fields of the request that were converted before."""
+    is_usual: bool = False
+    """Whether nobody gave that number: it is for (start, stop) only."""
 
     def below(self, name: str) -> Argument:
         """Return the place of a value in this one."""
@@ -137,7 +139,7 @@ def as_grid(argument: Argument, values: Any) -> Any:
         return {"start": values[0], "stop": values[1], "points": points}
     values = values.model_dump() if isinstance(values, Range) else plain(values)
     count = _count(values)
-    if points is not None and count is not None and points != count:
+    if points is not None and count is not None and points != count and not argument.is_usual:
         raise refusal(at, f"{name} has {count} values, and {keyword} gives another number", _VALUES)
     return values
 
@@ -181,8 +183,10 @@ def _as_clearance(argument: Argument, clearance: Any) -> Any:
 
 def _as_axis(argument: Argument, axis: Any) -> Any:
     """Return a parameter and its values as the models take them. Raises ParameterError."""
-    if isinstance(axis, Mapping | Axis):
-        return axis
+    if isinstance(axis, Axis):
+        axis = axis.model_dump()
+    if isinstance(axis, Mapping):
+        return {**axis, "values": as_grid(argument.below("values"), axis["values"])} if "values" in axis else axis
     if not (isinstance(axis, tuple | list) and len(axis) in (2, 3) and isinstance(axis[0], str)):
         raise refusal(f"/{argument.name}", f"{argument.name} is not a parameter with its values", _AXIS)
     values = tuple(axis[1:]) if len(axis) == 3 else axis[1]

@@ -23,6 +23,7 @@ def compute(
     process: str,
     request: ProcessRequest | Mapping[str, Any],
     executor: Executor | None = None,
+    *,
     progress: bool = True,
     checkpoint: str | os.PathLike[str] | None = None,
 ) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ipaddress
 import json
+import math
 import os
 import random
 import re
@@ -58,8 +59,8 @@ class ConnectionSettings:
             raise ValueError("base_url must not contain a user or a password; use api_key")
         if api_key is not None and not _HEADER_TEXT.fullmatch(api_key):
             raise ValueError("api_key must be printable ASCII without spaces")
-        if not timeout > 0 or retries < 0:  # NaN is refused too
-            raise ValueError("timeout must be > 0 and retries >= 0")
+        if not 0 < timeout < math.inf or retries < 0:  # NaN is refused too
+            raise ValueError("timeout must be a number > 0 and retries >= 0")
         if group is not None and not _GROUP.fullmatch(group):
             raise ValueError("group must be 1 to 64 letters, digits, '.', '_' and '-'")
         self.group = group

@@ -21,6 +21,7 @@ from grazemap.constants import (
     API_PREFIX,
     BATCH_SILENCE,
     MAX_LINE_BYTES,
+    MAX_RETRY_AFTER,
     PREFER_WAIT,
     RETRIED_STATUSES,
 )
@@ -328,7 +329,10 @@ async def compute_many(
             if yielded < len(bodies):
                 if attempt >= connection.settings.retries:
                     raise failure
-                await connection.sleep(pause(attempt))
+                asked = (failure.retry_after if isinstance(failure, ServiceProblem) else None) or 0.0
+                if asked > MAX_RETRY_AFTER:
+                    raise failure
+                await connection.sleep(pause(attempt) + asked)
                 attempt += 1
         offset += len(bodies)
 

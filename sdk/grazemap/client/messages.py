@@ -132,7 +132,8 @@ def renumbered_problem(error: ServiceProblem, places: Sequence[int]) -> ServiceP
     for entry in error.problem.errors:
         pointer = re.sub(r"^/requests/(\d+)", lambda match: f"/requests/{places[int(match[1])]}", entry.pointer)
         errors.append(entry.model_copy(update={"pointer": pointer}))
-    return problem_exception(error.problem.model_copy(update={"errors": errors}))
+    problem = error.problem.model_copy(update={"errors": errors})
+    return problem_exception(problem, error.request_id, error.retry_after)
 
 
 def merged_notes(notes: Sequence[Note]) -> list[Note]:

@@ -71,6 +71,9 @@ def _provable_fields(arguments: Mapping[str, Any]) -> dict[str, Any]:
     provable = arguments["oscillator"]
     if not isinstance(provable, Provable):
         return {}
+    if arguments["statement"] is not None:
+        detail = "a point or an orbit knows its statement, and another one is given"
+        raise refusal("/statement", detail, "no statement, or an oscillator with a statement")
     return {"oscillator": provable.oscillator, "statement": as_statement(Argument("statement"), provable.statement())}
 
 
@@ -204,11 +207,12 @@ class ProcessMethod:
         Raises TypeError, ParameterError.
         """
         values = self._bound(arguments, keywords)
-        points = self._points(values)
+        points, keyword = self._points(values), self._keyword
+        is_usual = values.get(keyword) is not None and values[keyword] == self.signature.parameters[keyword].default
         body = dict(self.extra.fields(values))
         for name in self._arguments:
             if name not in body and not self._is_left_out(name, values[name]):
-                place = Argument(name, points.get(name), self._keyword, body)
+                place = Argument(name, points.get(name), keyword, body, is_usual)
                 body[name] = self.forms[name].convert(place, values[name])
         body = {name: value for name, value in body.items() if not self._is_left_out(name, value)}
         fields, shown = with_si_numbers(body)

@@ -22,9 +22,9 @@ def save_picture(result: Result, path: str | PathLike[str], **options: Any) -> N
 
     `options` are keywords of the result's `plot`. Fonts are embedded in a PDF in the form that journals take.
     """
+    figure = draw_without_pyplot(result, **options)
     from matplotlib import rc_context
 
-    figure = draw_without_pyplot(result, **options)
     with rc_context({"pdf.fonttype": 42}):
         figure.savefig(path)
 

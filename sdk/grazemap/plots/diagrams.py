@@ -18,8 +18,10 @@ from grazemap.plots.axes import (
     quantity_label,
 )
 from grazemap.plots.palette import INK, OTHER, is_light, motion_colours, motion_text
+from grazemap.plots.trajectory import mass_of
 from grazemap.results import BifurcationDiagram
 from grazemap.results.observables import Quantity
+from grazemap.wire import Oscillator
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,8 +44,10 @@ def plot_bifurcation_diagram(
     """
     parameter, values = result.points(quantity)
     what = "before impacts" if quantity == "impact_velocity" else "once a forcing period"
+    oscillator = Oscillator.model_validate(result.meta["request"]["oscillator"])
+    mass = mass_of(np.array(oscillator.contact_row))
     wording = (
-        axis_label(quantity.removeprefix("impact_"), result.units) + f", {what}"
+        axis_label(quantity.removeprefix("impact_"), result.units, mass) + f", {what}"
         if observed is None
         else quantity_label(observed)
     )

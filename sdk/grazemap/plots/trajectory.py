@@ -157,6 +157,12 @@ def plot_trajectories(
     return drawing.axes
 
 
+def mass_of(row: Floats) -> int | None:
+    """Return the mass, counted from 1, whose displacement is a contact coordinate; None where it is not one mass's."""
+    masses = np.flatnonzero(row)
+    return int(masses[0]) + 1 if len(masses) == 1 and row[masses[0]] == 1.0 else None
+
+
 class _Contact(NamedTuple):
     """The part of the structure that hits the stops."""
 
@@ -174,12 +180,10 @@ class _Contact(NamedTuple):
         request = trajectory.meta["request"]
         oscillator = Oscillator.model_validate(request["oscillator"])
         row = np.array(oscillator.contact_row)
-        masses = np.flatnonzero(row)
-        alone = len(masses) == 1 and row[masses[0]] == 1.0
         clearance = request["clearance"]
         stops = as_pair(ClearancePair(**clearance) if isinstance(clearance, dict) else clearance)
         right, left = (np.inf if gap is None else float(gap) for gap in (stops.right, stops.left))
-        return cls(row, int(masses[0]) + 1 if alone else None, (right, left), restitutions(oscillator.restitution))
+        return cls(row, mass_of(row), (right, left), restitutions(oscillator.restitution))
 
     def stop_values(self, values: tuple[float, float], stops: NDArray[Any]) -> Floats:
         """Return the value of each stop, +1 or -1."""

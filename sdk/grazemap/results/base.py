@@ -229,6 +229,10 @@ class Result(Record):
         """Return the tables of `to_dataframe` that are not in the schema: lists of dataclasses by name."""
         return {}
 
+    def derived_units(self) -> dict[str, str]:
+        """Return the units in SI of the columns of `derived_tables` that have one, by name."""
+        return {}
+
     @property
     def roles(self) -> Mapping[str, str]:
         """The names of dimensions in a Dataset by their roles, where the two differ."""

@@ -76,7 +76,7 @@ def thinned(result: Result) -> Result:
         value = getattr(result, field.name, None)
         for dim, length in zip(field.dims, np.shape(value) if isinstance(value, np.ndarray) else (), strict=False):
             role = role_of.get(dim, dim)
-            steps[role] = -(-length // _MAX_DRAWN.get(role, length or 1))
+            steps[role] = max(1, -(-length // _MAX_DRAWN.get(role, length or 1)))
     if all(step <= 1 for step in steps.values()):
         return result
     kept = {

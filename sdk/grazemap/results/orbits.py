@@ -15,6 +15,7 @@ from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import BoolArray, ComplexArray, FloatArray, IntArray, Record, field
 from grazemap.results.stretches import Knots, Stretch, knots_of, stretches_of
 from grazemap.results.trajectory import Trajectory
+from grazemap.wire.planes import unit_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -248,6 +249,10 @@ class OrbitBranch(
     def derived_tables(self) -> dict[str, Sequence[Any]]:
         """Return the table "stretches"."""
         return {"stretches": self.stretches()}
+
+    def derived_units(self) -> dict[str, str]:
+        """Return the unit of the ends of stretches."""
+        return dict.fromkeys(("begins", "ends"), unit_of(self.meta["request"]["axis"]["vary"]))
 
     def motion(self, index: int) -> dict[str, Any]:
         """Return an orbit of the branch as the `motion` of `periodic_orbit` or `orbit_branch`, at its parameter.

@@ -11,6 +11,7 @@ from grazemap.results.base import Result, counted
 from grazemap.results.common_records import Common
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import FloatArray, Record, field
+from grazemap.wire.planes import unit_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -103,6 +104,10 @@ class Structure(Result, process="structures", rows="omega"):
     def derived_tables(self) -> dict[str, Sequence[Any]]:
         """Return the table "modes"."""
         return {"modes": self.modes}
+
+    def derived_units(self) -> dict[str, str]:
+        """Return the unit of natural frequencies."""
+        return {"natural_frequency": unit_of("omega")}
 
     @picture
     def plot(self, ax: Axes | None = None, **options: Unpack[PictureOptions]) -> Axes:

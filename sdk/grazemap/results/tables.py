@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -33,8 +34,8 @@ PLANE = ("vertical", "horizontal")
 CURVE = ("curve",)
 """The dimension of a list of curves."""
 _POINT = ("point",)
-# The column of what varies along a line, whose unit is that of the parameter.
-_PARAMETER = "parameter"
+# The columns of what varies along a line, whose unit is that of the parameter.
+_OF_PARAMETER = ("parameter", "first", "last")
 # Characters of the longest text in a printed table.
 _WIDEST = 24
 # pandas types of columns that can hold None.
@@ -111,7 +112,10 @@ def columns(result: Result, name: str) -> dict[str, Column]:
         listed = {key: [row[key] for row in rows] for key in (rows[0] if rows else ())}
         # whole numbers beside None stay whole
         whole = {key for key, values in listed.items() if any(type(value) is int for value in values)}
-        return {key: Column(values, "Int64" if key in whole else None) for key, values in listed.items()}
+        units = result.derived_units() if result.units == "SI" else {}
+        return {
+            key: Column(values, "Int64" if key in whole else None, units.get(key, "")) for key, values in listed.items()
+        }
     plane = _plane_of(result)
     if name == POINTS and plane is not None:
         return _points(plane)
@@ -136,7 +140,7 @@ def columns(result: Result, name: str) -> dict[str, Column]:
         key: Column(
             values,
             _dtype(field, values),
-            unit_of(varied) if key == _PARAMETER else field.unit_in(result.units) or "",
+            unit_of(varied) if key in _OF_PARAMETER else field.unit_in(result.units) or "",
         )
         for key, (field, values) in collected.items()
     }
@@ -212,6 +216,16 @@ def _points(plane: Result) -> dict[str, Column]:
     return table
 
 
+_WRITERS = {".xlsx": ("openpyxl", "xlsxwriter"), ".parquet": ("pyarrow", "fastparquet")}
+"""Packages of which pandas needs one for files with these endings."""
+
+
+def require_writer(ending: str) -> None:
+    """Raise MissingExtra where what writes tables with this ending is not installed."""
+    if ending in _WRITERS and not (find_spec("pandas") and any(map(find_spec, _WRITERS[ending]))):
+        raise MissingExtra(f"a table as {ending}", "tables")
+
+
 def write_table(result: Result, path: Path, name: str | None) -> None:
     """Write a table of a result, or all of them into a workbook; the units are in the heads of the columns.
 
@@ -231,19 +245,17 @@ def write_table(result: Result, path: Path, name: str | None) -> None:
             writer.writerow(_head(key, column.unit) for key, column in shown.items())
             writer.writerows(zip(*(map(_written, column.values) for column in shown.values()), strict=True))
         return
+    require_writer(path.suffix)
     sheets = [name] if name or path.suffix == ".parquet" else list(dict.fromkeys([first, *names]))
-    try:
-        frames = {sheet or "": _headed(dataframe(result, sheet or first)) for sheet in sheets}
-        if path.suffix == ".parquet":
-            next(iter(frames.values())).to_parquet(path, index=False)
-            return
-        from pandas import ExcelWriter
+    frames = {sheet or "": _headed(dataframe(result, sheet or first)) for sheet in sheets}
+    if path.suffix == ".parquet":
+        next(iter(frames.values())).to_parquet(path, index=False)
+        return
+    from pandas import ExcelWriter
 
-        with ExcelWriter(path) as book:
-            for sheet, frame in frames.items():
-                frame.to_excel(book, sheet_name=sheet, index=False)
-    except ImportError as error:
-        raise MissingExtra(f"a table as {path.suffix}", "tables") from error
+    with ExcelWriter(path) as book:
+        for sheet, frame in frames.items():
+            frame.to_excel(book, sheet_name=sheet, index=False)
 
 
 def _head(name: str, unit: str) -> str:
@@ -297,7 +309,7 @@ def _are_rows(result: Result) -> bool:
 
 def is_table(field: Field) -> bool:
     """Return whether a field is a list of records, or a record of arrays of one length."""
-    if not isinstance(field.type, RecordSchema):
+    if field.stored_only or not isinstance(field.type, RecordSchema):
         return False
     dims = field.type.fields[0].dims
     return bool(field.dims) or (

@@ -80,8 +80,8 @@ class MapPoint:
     vertical_offset: float
     """Likewise along the vertical axis."""
     request: dict[str, Any] | None
-    """The keywords with which `client.periodic_orbit` computes the orbit. None for a motion that is not periodic, and
-    unless the map's trajectories start at rest."""
+    """The keywords with which `client.periodic_orbit` computes the orbit. None for a motion that is not periodic or
+    touches no stop, and unless the map's trajectories start at rest."""
     omega: float
     """The frequency there."""
     clearance: float | dict[str, float | None]

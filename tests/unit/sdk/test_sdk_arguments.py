@@ -30,6 +30,7 @@ from grazemap.wire import (
     canonical_id,
     parse_request,
 )
+from grazemap.wire.planes import Axis
 from tests.support.sdk_documents import result_of
 from tests.support.sdk_refusals import refused
 
@@ -541,3 +542,26 @@ def test_a_pair_of_clearances_in_the_place_of_one_is_named_as_that():
     with pytest.raises(ParameterError, match=r"/clearance/right: .*both stops"):
         METHODS["trajectory"].request_for(omega=0.3, clearance={"right": pair}, periods=2)
     assert METHODS["trajectory"].request_for(omega=0.3, clearance=pair, periods=2)[0].clearance.right == 1.5
+
+
+def test_a_diagram_takes_as_many_values_as_are_given_where_no_shape_is():
+    diagram = asked("unfolding_diagram", omega=[0.1, 0.2, 0.3], clearance=(1.0, 2.0))
+    assert (len(diagram.horizontal.values), diagram.vertical.values.points) == (3, 256)
+    assert "/omega" in refused(asked, "unfolding_diagram", omega=[0.1, 0.2, 0.3], clearance=(1.0, 2.0), shape=(8, 8))
+
+
+@pytest.mark.parametrize("form", [dict, Axis], ids=["mapping", "axis"])
+def test_an_axis_with_its_points_contradicts_another_shape(form):
+    axes = {
+        role: form(vary=name, values={"start": 1.0, "stop": 2.0, "points": 16})
+        for role, name in (("horizontal", "omega"), ("vertical", "clearance"))
+    }
+    assert asked("unfolding_map", **axes).vertical.values.points == 16
+    assert asked("unfolding_map", **axes, shape=(16, 16)).vertical.values.points == 16
+    assert "/horizontal/values" in refused(asked, "unfolding_map", **axes, shape=(16, 32))
+
+
+def test_what_knows_its_statement_takes_no_other_one():
+    point = result_of("codimension-two-points").points[0]
+    assert asked("prove", point).statement
+    assert "/statement" in refused(asked, "prove", point, statement={"kind": "orbit"})

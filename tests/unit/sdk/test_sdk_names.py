@@ -58,6 +58,8 @@ def test_public_names_are_these():
         "Oscillator",
         "PeriodicOrbit",
         "Proof",
+        "StopGrazingCurves",
+        "Structure",
         "Trajectories",
         "Trajectory",
         "UnfoldingDiagram",

@@ -267,6 +267,7 @@ def test_axes_are_given_by_name_and_values():
     assert request.horizontal.model_dump() == {"vary": "omega", "values": {"start": 0.26, "stop": 0.3, "points": 8}}
     assert request.vertical.model_dump() == {"vary": "restitution", "values": [0.5, 0.9]}
     axis = Axis(vary="omega", values=[0.2, 0.3])
+    keywords["shape"] = (2, 2)
     assert METHODS["unfolding_map"].request_for(**keywords, horizontal=axis)[0].horizontal == axis
     with pytest.raises(ParameterError):
         METHODS["unfolding_map"].request_for(**keywords, horizontal="omega")

@@ -131,3 +131,26 @@ def test_show_writes_a_table_of_a_saved_result(tmp_path, capsys):
     assert main(["show", str(path), "-o", str(tmp_path / "map.csv")]) == 0
     assert str(tmp_path / "map.csv") in capsys.readouterr().out
     assert len(pd.read_csv(tmp_path / "map.csv")) == result_of("unfolding-maps").period.size
+
+
+def test_tables_that_are_not_in_the_schema_have_units_too():
+    shown = in_si("structures").in_units("Hz").to_dataframe("modes")
+    assert shown.attrs["units"]["natural_frequency"] == "Hz"
+    branch = in_si("orbit-branches")
+    assert branch.meta["request"]["axis"]["vary"] == "clearance"
+    columns = tables.columns(branch, "stretches")
+    assert {columns[name].unit for name in ("begins", "ends")} == {"m"}
+
+
+def test_what_writes_a_table_is_asked_for_before_anything_is_computed(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("grazemap.results.tables.find_spec", lambda package: None if package == "openpyxl" else package)
+    monkeypatch.setitem(tables._WRITERS, ".xlsx", ("openpyxl",))
+    assert main(["run", "grazing-curves", "--url", "http://localhost:1", "-o", str(tmp_path / "x.xlsx")]) != 0
+    assert "grazemap[tables]" in capsys.readouterr().err
+
+
+def test_a_result_without_a_table_is_refused_without_a_traceback(tmp_path, capsys):
+    proof, target = tmp_path / "proof.npz", tmp_path / "proof.csv"
+    result_of("proofs").save(proof)
+    assert main(["show", str(proof), "-o", str(target)]) == 2
+    assert "tables: none" in capsys.readouterr().err

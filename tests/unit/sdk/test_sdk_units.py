@@ -42,6 +42,8 @@ def test_every_place_of_a_frequency_or_a_length_takes_a_unit(machine):
     ("machine", "omega", "expected"),
     [
         (MACHINE, "9 mm", ["/omega", "mm is no unit of omega", "Hz, rpm or rad/s in SI"]),
+        (MACHINE, " 9 mm", ["/omega", "mm is no unit of omega", "Hz, rpm or rad/s in SI"]),
+        (None, " 9 Hz", ["/omega", "Hz is a unit of SI", 'units="SI"']),
         (MACHINE, "nine", ["/omega", "valid number", "in rad/s in SI"]),
         (None, "9 Hz", ["/omega", "Hz is a unit of SI", 'units="SI"']),
     ],
