@@ -44,7 +44,7 @@ SUBMISSION_KINDS = (
 )
 # The links are relative, so that they also lead there behind a proxy that adds a prefix.
 DESCRIPTION = f"""\
-[Explorer](.) · [Guide]({GUIDE.removeprefix("/")})
+[Explorer](.) · [Guide]({GUIDE.removeprefix("/")}/)
 
 Grazing bifurcations of impact oscillators: grazing curves, codimension-two points, discontinuity
 mappings, trajectories, bifurcation diagrams, unfolding maps, basins of attraction,

@@ -216,13 +216,15 @@ class RepresentationCache:
             drawn = form in RENDERED_TYPES  # by a process of its own, which takes seconds
             if size > LARGE_BYTES and not drawn:
                 return await self._in_turn(etag, form, load)
+            if drawn:  # those that wait for their turn have loaded nothing
+                made = await run_sync(_made, load, form, variant, limiter=self._drawing)
+                return None if made is None else self._add(etag, made)
             npz = await run_sync(load, limiter=self._limiter)
             if npz is None:
                 return None
             if form == "json" and unpacked_size(npz) > LARGE_BYTES:
                 return await self._in_turn(etag, form, lambda: npz)
-            limiter = self._drawing if drawn else self._limiter
-            return self._add(etag, await run_sync(_whole, npz, form, variant, limiter=limiter))
+            return self._add(etag, await run_sync(_whole, npz, form, variant, limiter=self._limiter))
 
     async def _in_turn(self, etag: str, form: str, load: Callable[[], bytes | None]) -> CachedRepresentation | None:
         """Return a large representation, as soon as the representations being sent take at most `sent_bytes`."""
@@ -285,6 +287,11 @@ def _release_in(
     """Release a representation in the event loop; the garbage collector may run in any thread."""
     with suppress(RuntimeError):  # the loop has ended
         loop.call_soon_threadsafe(cache.release, representation)
+
+
+def _made(load: Callable[[], bytes | None], form: str, variant: str) -> CachedRepresentation | None:
+    npz = load()
+    return None if npz is None else _whole(npz, form, variant)
 
 
 def _whole(npz: bytes, form: str, variant: str) -> CachedRepresentation:

@@ -8,6 +8,7 @@ import time
 # the first time, and then after 0.4, 0.8, ... s, up to MAX_WAIT_SECONDS.
 HEALTHY_SECONDS = 10.0
 MAX_WAIT_SECONDS = 5.0
+_MOST_DOUBLINGS = 10  # of 0.1 s: longer than that wait
 
 
 class Restarts:
@@ -30,4 +31,6 @@ class Restarts:
         """Record an end. After a `blameless` one, the next start follows without a pause."""
         now = time.monotonic()
         self.deaths = 1 if blameless or now - self._started > HEALTHY_SECONDS else self.deaths + 1
-        self._not_before = now + (min(MAX_WAIT_SECONDS, 0.1 * 2**self.deaths) if self.deaths > 1 else 0.0)
+        self._not_before = now + (
+            min(MAX_WAIT_SECONDS, 0.1 * 2 ** min(self.deaths, _MOST_DOUBLINGS)) if self.deaths > 1 else 0.0
+        )

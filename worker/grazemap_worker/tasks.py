@@ -103,7 +103,9 @@ def compute_waiting_tiles(context: WorkerContext) -> None:
         try:
             claims = _claim_next(context)
             if not claims:
-                return
+                if not _free_unknown(context):
+                    return
+                continue
             context.report_job(WaitingJob(claims[0].process, claims[0].job_id))
             if context.worker.small:
                 _compute_small(claims, context)
@@ -125,6 +127,18 @@ def _claim_next(context: WorkerContext) -> list[Claim]:
     return claims
 
 
+def _free_unknown(context: WorkerContext) -> bool:
+    """Free tiles that this worker holds while it computes none, and return whether there were any.
+
+    The answer to a claim was lost, and the claim was sent again.
+    """
+    tiles = context.store.tiles
+    unknown = list(tiles.claims_of(context.worker.name))
+    for job_id, tile, holder in unknown:
+        tiles.give_back(job_id, tile, holder)
+    return bool(unknown)
+
+
 def _compute_small(claims: list[Claim], context: WorkerContext) -> None:
     """Compute small tiles and commit them together."""
     finished, renewed = [], time.monotonic()
@@ -133,8 +147,10 @@ def _compute_small(claims: list[Claim], context: WorkerContext) -> None:
             renewed = time.monotonic()
             context.store.workers.renew(context.worker, LEASE_SECONDS)
         context.report_small_tile(claim.job_id)
-        result = _compute(claim, context)
-        context.report_small_tile("")
+        try:
+            result = _compute(claim, context)
+        finally:
+            context.report_small_tile("")
         if result is not None:
             finished.append(result)
     if finished:

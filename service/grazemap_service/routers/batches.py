@@ -15,6 +15,7 @@ from fastapi import APIRouter, Body, Query, Request
 from fastapi.responses import StreamingResponse
 from pydantic import Field, ValidationError
 
+from grazemap.npz import unpacked_size
 from grazemap.wire import FINISHED, PROCESSES, Job, ProblemError, parse_request, unstated
 from grazemap.wire.base import Request as RequestBody
 from grazemap.wire.error_details import MAX_ERRORS, errors_of
@@ -224,9 +225,17 @@ def _read(context: Context, requester: Requester, ids: Sequence[str], form: str)
     return [_members(context, requester, job_id, info, form) for job_id, info in zip(ids, infos, strict=True)]
 
 
+def _inline(info: ResultInfo | None, form: str) -> bytes | None:
+    """Return the npz of a result that is sent in its line; None where the line says where it is."""
+    if info is None or info.data is None or (form == "json" and unpacked_size(info.data) > LARGE_BYTES):
+        return None
+    return info.data
+
+
 def _members(context: Context, requester: Requester, job_id: str, info: ResultInfo | None, form: str) -> bytes | None:
     job = None
-    if info is None or info.data is None:
+    inline = _inline(info, form)
+    if inline is None:
         job = context.store.jobs.get(job_id, requester.name, with_request=False)
         if job is None:
             return b'"id":"%s","status":"dismissed"' % job_id.encode()
@@ -234,8 +243,9 @@ def _members(context: Context, requester: Requester, job_id: str, info: ResultIn
             return None
         if info is None and job.status == "successful":  # the job has just ended, or its result was evicted
             (info,) = context.store.results.each_info([job_id], LARGE_BYTES)
-    if info is not None and info.data is not None:
-        result = b'"npz":"%s"' % b64encode(info.data) if form == "npz" else b'"result":' + render(info.data, "json")
+            inline = _inline(info, form)
+    if inline is not None:
+        result = b'"npz":"%s"' % b64encode(inline) if form == "npz" else b'"result":' + render(inline, "json")
         return b'"id":"%s","status":"successful",%s' % (job_id.encode(), result)
     assert job is not None
     head: dict[str, Any] = {"id": job.id, "status": job.status}

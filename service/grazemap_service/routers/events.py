@@ -96,7 +96,10 @@ async def _messages(context: Context, job_id: str, requester: str, after: str) -
                     arguments, fresh, partial(run_sync, _look, context, *arguments, limiter=context.threads)
                 )
             except redis.exceptions.RedisError:
-                structlog.get_logger("grazemap_service").warning("events wait for the store", exc_info=True)
+                structlog.get_logger("grazemap_service").warning("events wait for the store")
+                if time.monotonic() - sent > _PING_SECONDS:
+                    yield KEEPALIVE_COMMENT
+                    sent = time.monotonic()
                 await anyio.sleep(_AWAY_SECONDS)
                 continue
             if stored:
@@ -122,7 +125,9 @@ async def _messages(context: Context, job_id: str, requester: str, after: str) -
                 except TimeoutError:
                     fresh = time.monotonic() - 0.5 * _LOOK_SECONDS
                     break
-                news = [event for event in events if event is not None and _follows(event.id, after)]
+                # what follows a gap is read from the store, together with what the gap has
+                received = events[: events.index(None)] if None in events else events
+                news = [event for event in received if event is not None and _follows(event.id, after)]
                 if news:
                     yield _messages_of(news)
                     sent = time.monotonic()

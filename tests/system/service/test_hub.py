@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import time
-from types import TracebackType
+from contextlib import nullcontext
+from types import SimpleNamespace, TracebackType
 from typing import Any, cast
 
 import pytest
@@ -12,6 +13,7 @@ import redis.exceptions
 
 from grazemap_service.app import create_app
 from grazemap_service.hub import EventListener, Hub
+from grazemap_service.routers.events import _messages
 from grazemap_service.settings import ServiceSettings
 from grazemap_worker.store.records import JobEvent
 
@@ -157,3 +159,24 @@ def test_the_ends_that_nobody_takes_are_not_kept_without_end() -> None:
         return most
 
     assert asyncio.run(run()) <= 10_000
+
+
+def test_what_comes_after_a_gap_waits_for_what_the_gap_has() -> None:
+    tile, done = JobEvent("5-0", "tile", "{}"), JobEvent("9-0", "done", "{}")
+    looks = iter([("running", [], None), ("successful", [tile, done], None)])
+
+    async def shared(*_: Any) -> Any:
+        return next(looks)
+
+    async def behind_a_gap(_seconds: float) -> list[JobEvent | None]:
+        return [None, done]
+
+    listener = SimpleNamespace(next=behind_a_gap)
+    hub = SimpleNamespace(shared=shared, listen=lambda _job: nullcontext(listener))
+
+    async def run() -> bytes:
+        context: Any = SimpleNamespace(hub=hub, threads=None)
+        return b"".join([message async for message in _messages(context, "a" * 64, "", "1-0")])
+
+    sent = asyncio.run(run())
+    assert 0 < sent.index(b"5-0") < sent.index(b"9-0")

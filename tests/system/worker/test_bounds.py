@@ -205,3 +205,18 @@ def test_the_etag_of_an_evicted_result_is_remembered(store: Store) -> None:
     assert store.results.etag(job.id) == info.etag
     assert store.jobs.status(job.id) == "successful"
     assert store.jobs.status("0" * 64) is None
+
+
+def test_a_tile_that_never_fits_drops_no_results(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(store.results, "_budget", 1000)
+    kept = [submit(store, curve(float(number))) for number in (1, 2, 3)]
+    for job in kept:
+        finish(store, job, b"x" * 100)
+    request = UnfoldingMapsRequest(omega=[1, 2, 3], clearance=[1, 2])
+    plan = Plan(rows=2, columns=3, tile_rows=1, tile_columns=3)
+    large = submitting.submit(store, "unfolding-maps", request, core_version(), plan, 1000)[0]
+    for tile in (0, 1):
+        assert store.tiles.claim(large.id, tile, "w", "f", LEASE)
+    assert commit_tile(store, large.id, 0, b"x" * 600, "f", 0.0) == 1
+    assert commit_tile(store, large.id, 1, b"x" * 500, "f", 0.0) < 0
+    assert None not in store.results.each_info([job.id for job in kept], 1000)

@@ -23,6 +23,7 @@ from grazemap_service.redis_server import RedisServer
 from grazemap_worker import system
 from grazemap_worker.planning import Plan
 from grazemap_worker.queue import wake_ups
+from grazemap_worker.restarts import Restarts
 from grazemap_worker.settings import LEASE_SECONDS, WorkerSettings
 from grazemap_worker.store import Requester, Store, WaitingJob, connect, core_version
 from grazemap_worker.store.keys import job_key
@@ -424,3 +425,11 @@ def test_signs_of_life_of_the_worker_before_do_not_count() -> None:
     state.beat()
     assert state.heard()
     assert not state.heard()
+
+
+def test_a_process_that_ends_again_and_again_is_started_without_end() -> None:
+    restarts = Restarts()
+    for _ in range(5000):
+        restarts.started()
+        restarts.ended()
+    assert not restarts.due

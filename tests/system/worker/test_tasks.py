@@ -140,6 +140,21 @@ def test_small_tiles_are_computed_in_the_worker_and_committed_together(
     assert calls < 20  # two commits, three visits for claims, renewals
 
 
+@pytest.mark.parametrize("info", [INFO, SMALL], ids=["a process", "small"])
+def test_tiles_of_a_claim_whose_answer_was_lost_are_computed(
+    worker: pytest.MonkeyPatch, store: Store, info: WorkerInfo
+) -> None:
+    store.workers.renew(info, 60)
+    if info.small:
+        curves = Process(whole=lambda request, report: {"x": np.zeros(1)})
+        worker.setattr(computation, "IMPLEMENTATIONS", {"grazing-curves": curves})
+    job = submit_curve(store) if info.small else submit(store)
+    claims, _ = store.tiles.claim_next(info, 60.0)
+    assert claims
+    compute_all(store, info)
+    assert store.jobs.status(job.id) == "successful"
+
+
 def noting(file: Path, compute: Callable[[int], None]) -> Process:
     """A map whose tiles call `compute` with their row, and append the row and their process to a file."""
     plain = planted("fast")

@@ -8,7 +8,7 @@ import shutil
 import stat
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO
 
@@ -68,12 +68,13 @@ def mark_used(folder: Path) -> IO[bytes]:
     if not _locked(mark, fcntl.LOCK_SH):
         structlog.get_logger("grazemap_worker").info("kernels are removed by another process", folder=str(folder))
     for used_file in folder.parent.glob(f"kernels-*/{_USED}"):
-        if used_file.parent == folder or time.time() - used_file.stat().st_mtime < UNUSED_SECONDS:
-            continue
-        with used_file.open("ab") as file:
-            if _locked(file, fcntl.LOCK_EX, otherwise=False):
-                shutil.rmtree(used_file.parent, ignore_errors=True)
-                structlog.get_logger("grazemap_worker").info("unused kernels removed", folder=str(used_file.parent))
+        with suppress(FileNotFoundError):  # another process removes the same folder
+            if used_file.parent == folder or time.time() - used_file.stat().st_mtime < UNUSED_SECONDS:
+                continue
+            with used_file.open("ab") as file:
+                if _locked(file, fcntl.LOCK_EX, otherwise=False):
+                    shutil.rmtree(used_file.parent, ignore_errors=True)
+                    structlog.get_logger("grazemap_worker").info("unused kernels removed", folder=str(used_file.parent))
     return mark
 
 

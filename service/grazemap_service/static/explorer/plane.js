@@ -140,6 +140,7 @@ export class Plane {
   }
 
   pan(dx, dy) {
+    if (!this.view) return; // the first window is not there yet
     const shifted = ([low, high], by, [least, most]) => {
       const step = Math.min(Math.max(least - low, by * (high - low)), Math.max(0, most - high));
       return [low + step, high + step];
@@ -147,9 +148,10 @@ export class Plane {
     this.go({ x: shifted(this.view.x, dx, this.domains.x), y: shifted(this.view.y, dy, this.domains.y) });
   }
 
-  // Zooms so that the point at `centre` stays where it is; a factor above 1 shows less.
-  zoom(factor, centre = this.centre) {
-    if (factor > 1 && !this.act.mayZoomIn()) return;
+  // Zooms so that the point at a place, or the middle, stays where it is; a factor above 1 shows less.
+  zoom(factor, place = null) {
+    if (!this.view || (factor > 1 && !this.act.mayZoomIn())) return;
+    const centre = place ?? this.centre;
     const about = ([low, high], middle, [least, most]) => [
       Math.max(least, middle - (middle - low) / factor),
       Math.min(most, middle + (high - middle) / factor),

@@ -261,6 +261,8 @@ local function make_room(size, budget)
     local kept = redis.call('ZRANGE', key('tiles', 'kept'), 0, 0)[1]
     if kept then
       drop_tiles(kept)
+    elseif bytes_of('tiles') + size > budget then
+      return false -- without any result there would be no room either
     else
       local class = bytes_of('results:small') > budget / 4 and 'small' or 'large'
       local oldest = redis.call('ZRANGE', key('results', class), 0, 0)[1]
