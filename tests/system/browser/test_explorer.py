@@ -267,9 +267,10 @@ def test_panning_back_computes_nothing_and_history_goes_back(small: Watched, url
     for there, go in ((moved, page.go_back), (first, page.go_forward)):
         for _ in range(8):
             go()
+            page.wait_for_timeout(50)  # until the address of the page is known here, too
             if np.allclose(window(page), there, rtol=1e-12):
                 break
-        assert np.allclose(window(page), there, rtol=1e-12)
+        soon(page, lambda there=there: np.allclose(window(page), there, rtol=1e-12))
 
 
 def test_tiles_left_behind_are_given_up_unless_another_client_waits(small: Watched, url: str) -> None:
