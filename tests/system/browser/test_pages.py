@@ -79,7 +79,7 @@ def test_the_docs_page_leads_to_the_explorer_and_the_guide(watched: Watched, url
     page = watched.page
     open_docs(page, url)
     links = page.locator(".info .description a")
-    assert [link.evaluate("link => link.href") for link in links.all()] == [f"{url}/", f"{url}{GUIDE}"]
+    assert [link.evaluate("link => link.href") for link in links.all()] == [f"{url}/", f"{url}{GUIDE}/"]
 
 
 def test_an_operation_shows_the_fields_of_its_request_and_of_its_job(watched: Watched, url: str) -> None:
