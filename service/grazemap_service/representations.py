@@ -213,12 +213,13 @@ class RepresentationCache:
                 entry.users += 1
                 self._entries.move_to_end(etag)
                 return entry
-            drawn = form in RENDERED_TYPES  # by a process of its own, which takes seconds
-            if size > LARGE_BYTES and not drawn:
-                return await self._in_turn(etag, form, load)
-            if drawn:  # those that wait for their turn have loaded nothing
+            if (
+                form in RENDERED_TYPES
+            ):  # by a process of its own, which takes seconds; those that wait have loaded nothing
                 made = await run_sync(_made, load, form, variant, limiter=self._drawing)
                 return None if made is None else self._add(etag, made)
+            if size > LARGE_BYTES:
+                return await self._in_turn(etag, form, load)
             npz = await run_sync(load, limiter=self._limiter)
             if npz is None:
                 return None

@@ -132,10 +132,8 @@ def _free_unknown(context: WorkerContext) -> bool:
 
     The answer to a claim was lost, and the claim was sent again.
     """
-    tiles = context.store.tiles
-    unknown = list(tiles.claims_of(context.worker.name))
-    for job_id, tile, holder in unknown:
-        tiles.give_back(job_id, tile, holder)
+    unknown = context.store.tiles.claims_of(context.worker.name)
+    _free(unknown, context)
     return bool(unknown)
 
 
@@ -161,9 +159,13 @@ def _compute_small(claims: list[Claim], context: WorkerContext) -> None:
 def _give_back(lost: Iterable[tuple[str, int, str]], context: WorkerContext) -> None:
     """Free tiles that could not be stored because the store is full, without counting a failure; then wait a little."""
     structlog.get_logger("grazemap_worker").warning("the store is full")
-    for job_id, tile, holder in lost:
-        context.store.tiles.give_back(job_id, tile, holder)
+    _free(lost, context)
     time.sleep(STORE_FULL_SECONDS)
+
+
+def _free(claims: Iterable[tuple[str, int, str]], context: WorkerContext) -> None:
+    for job_id, tile, holder in claims:
+        context.store.tiles.give_back(job_id, tile, holder)
 
 
 class _Interruptions:

@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from grazemap import constants
 from grazemap.cli.exit_codes import InvalidCommand
@@ -75,17 +75,23 @@ def add_style(command: argparse._ActionsContainer) -> None:
     )
 
 
-def write(what: str, path: Path, result: Result, style: constants.PictureStyle = constants.PICTURE_STYLES[0]) -> None:
-    """Write a result as the ending of the path says, and print the path. Raises OSError.
+def write(
+    what: str,
+    path: Path,
+    result: Result,
+    style: constants.PictureStyle = constants.PICTURE_STYLES[0],
+    **drawn: Any,
+) -> None:
+    """Write a result as the ending of the path says, and print the path. Raises OSError, InvalidCommand.
 
-    `style` is that of a picture.
+    `style` is that of a picture, and `drawn` are further keywords of the result's `plot`.
     """
     with naming_errors(what, path):
         try:
             if path.suffix in PICTURES:
                 from grazemap.plots import save_picture
 
-                save_picture(result, path, style=style)
+                save_picture(result, path, style=style, **drawn)
             else:
                 result.save(path)
         except ValueError as error:

@@ -12,7 +12,6 @@ from typing import Any
 from grazemap import constants
 from grazemap.cli import files
 from grazemap.cli.exit_codes import DONE, InvalidCommand
-from grazemap.plots import save_picture
 from grazemap.results import (
     BifurcationCurves,
     BifurcationDiagram,
@@ -88,12 +87,7 @@ def _plot(options: argparse.Namespace) -> int:
     result = _read(options)
     files.check_drawn(result.process)
     keywords = _overlays(result, options.over) | _quantity(result, options.quantity)
-    with files.naming_errors("the picture", output):
-        try:
-            save_picture(result, output, style=options.style, **keywords)
-        except ValueError as error:
-            raise InvalidCommand(f"the picture {output}: {error}") from error
-    print(output)
+    files.write("the picture", output, result, options.style, **keywords)
     return DONE
 
 

@@ -158,7 +158,7 @@ def plot_trajectories(
 
 
 def mass_of(row: Floats) -> int | None:
-    """Return the mass, counted from 1, whose displacement is a contact coordinate; None where it is not one mass's."""
+    """Return the mass, counted from 1, whose displacement is the contact coordinate of a row; None for other rows."""
     masses = np.flatnonzero(row)
     return int(masses[0]) + 1 if len(masses) == 1 and row[masses[0]] == 1.0 else None
 

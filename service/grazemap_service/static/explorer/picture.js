@@ -182,10 +182,11 @@ export function picture({
     most: { x: width / 90, y: Math.max(2, height / 55) },
     font: FONT,
   });
+  const kindOf = ({ thin }) => (thin ? "thin" : "line");
   const stroke = (line, halo) => ({
     d: path(line, { px, py }),
     stroke: halo ? "#ffffff" : line.colour,
-    "stroke-width": DRAWN[line.thin ? "thin" : "line"] + (halo ? DRAWN.rim[line.thin ? "thin" : "line"] : 0),
+    "stroke-width": DRAWN[kindOf(line)] + (halo ? DRAWN.rim[kindOf(line)] : 0),
     ...(line.dashed && { "stroke-dasharray": "6 4" }),
   });
   const cross = at && `M${px(at.x) - 9} ${py(at.y)}h18M${px(at.x)} ${py(at.y) - 9}v18`;

@@ -83,17 +83,12 @@ export class Story {
   end() {
     if (!this.#isTold) return;
     forBrowser.set(SEEN, "seen");
-    this.#leave();
+    this.forget();
     if (byId("story").contains(document.activeElement)) byId("plane").focus();
     byId("story").hidden = true;
     this.#step = null;
     this.#mark();
     this.changed();
-  }
-
-  // Forgets the points of the step, as another view is shown.
-  forget() {
-    this.#leave();
   }
 
   // Takes note of what the page shows: { window, centre, line, labelAt(x, y), placeOf(point) }.
@@ -105,7 +100,7 @@ export class Story {
   }
 
   #go(step) {
-    this.#leave();
+    this.forget();
     if (step === STORY.length) return this.end();
     this.#step = step;
     byId("story-says").textContent = STORY[step].says;
@@ -116,7 +111,8 @@ export class Story {
     return this.changed();
   }
 
-  #leave() {
+  // Forgets the points of the step.
+  forget() {
     clearTimeout(this.#timer);
     this.#points = this.#timer = null;
     this.#shown = 0;
