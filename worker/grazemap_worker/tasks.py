@@ -187,6 +187,7 @@ class _Interruptions:
             return None
         self._not_before = time.monotonic() + _INTERRUPTION_LOOK_SECONDS
         with suppress(RedisError):  # the compute process goes on meanwhile
+            self._free_others(activity.job_id)
             claim = self._claim(activity.job_id, WAITED_SECONDS)
             return None if claim is None else partial(self._compute, claim, activity.job_id)
         return None
@@ -195,14 +196,20 @@ class _Interruptions:
         tiles, worker = self._context.store.tiles, self._context.worker
         return tiles.claim_beside(worker, LEASE_SECONDS, paused_job, min_wait_seconds)
 
+    def _free_others(self, paused_job: str) -> None:
+        """Free the tiles of other jobs, which Redis could not be told of when they ended, or when they were claimed."""
+        claimed = self._context.store.tiles.claims_of(self._context.worker.name)
+        _free((claim for claim in claimed if claim[0] != paused_job), self._context)
+
     def _compute(self, first: Claim, paused_job: str) -> None:
         began = time.monotonic()
         claim: Claim | None = first
-        while claim is not None:
-            _compute_in_process(claim, self._context)
-            self._context.beat()
-            is_over = self._context.stopping() or time.monotonic() - began > SHORT_SECONDS
-            claim = None if is_over else self._claim(paused_job, 0.0)
+        with suppress(RedisError):  # the paused process is not lost with a short tile
+            while claim is not None:
+                _compute_in_process(claim, self._context)
+                self._context.beat()
+                is_over = self._context.stopping() or time.monotonic() - began > SHORT_SECONDS
+                claim = None if is_over else self._claim(paused_job, 0.0)
         share = LANE_WEIGHTS["long"] / LANE_WEIGHTS["short"]
         self._not_before = time.monotonic() + share * (time.monotonic() - began)
 

@@ -88,6 +88,16 @@ def test_one_who_asks_again_more_urgently_raises_the_priority_of_the_job(store: 
     assert counts[job.id] == pytest.approx(8 * counts[other.id], abs=2)
 
 
+def test_a_job_that_became_a_long_one_has_the_share_of_long_ones(store: Store) -> None:
+    quarter = Plan(rows=TILES, estimate=Estimate(tiles=TILES, seconds=20.0))
+    moved = submit_map(store, 0, quarter)
+    (first,) = claimed(store, 1)
+    store.tiles.move_to_next_lane(moved.id, first.tile, LARGE.name, 0.0)
+    short = submit_map(store, 1, quarter, requester=Requester("two"))
+    counts = Counter(claim.job_id for claim in claimed(store, 45))
+    assert counts[short.id] == pytest.approx(8 * counts[moved.id], abs=2)
+
+
 def test_what_takes_longer_than_estimated_counts(store: Store) -> None:
     slow, quick = submit_map(store, 0), submit_map(store, 1, requester=Requester("two"))
     counts: Counter[str] = Counter()

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import redis.exceptions
 
 from grazemap.codec import Document, decode_npz
 from grazemap.wire import Estimate, GrazingCurvesRequest, Job, UnfoldingMapsRequest, grid_values
@@ -184,6 +185,30 @@ SIX = UnfoldingMapsRequest(omega=[1, 2, 3], clearance=[1, 2, 3, 4, 5, 6])
 
 def submit_six(store: Store, request: UnfoldingMapsRequest = SIX) -> Job:
     return submitting.submit(store, "unfolding-maps", request, core_version(), ROWS, 100)[0]
+
+
+def test_a_long_tile_outlives_an_outage_that_ends_a_short_one(worker: pytest.MonkeyPatch, store: Store) -> None:
+    long, short = submit_curve(store, plan=Plan(estimate=Estimate(seconds=60.0))), submit(store)
+    held = [(long.id, 0, INFO.name)]
+    assert store.tiles.claim(long.id, 0, INFO.name, INFO.fingerprint, 60)
+
+    def fail(*_: object) -> None:
+        raise redis.exceptions.ConnectionError
+
+    worker.setattr(tasks, "STOPPED_AFTER_SECONDS", 0.0)
+    worker.setattr(tasks, "_INTERRUPTION_LOOK_SECONDS", 0.0)
+    worker.setattr(tasks, "WAITED_SECONDS", 0.0)
+    worker.setattr(tasks, "_compute_in_process", fail)
+    interruptions = tasks._Interruptions(tasks.WorkerContext(store, INFO, NUMERICS))
+    activity = Activity(long.id, True, 0.0, 100.0, False)
+    action = interruptions.next(activity)
+    assert action is not None
+    action()  # the paused process would end with an exception
+    assert len(store.tiles.claims_of(INFO.name)) == 2
+    interruptions._not_before = 0.0
+    again = interruptions.next(activity)  # the tile of the short job was freed, and is claimed again
+    assert again is not None
+    assert sorted(store.tiles.claims_of(INFO.name)) == sorted([*held, (short.id, 0, INFO.name)])
 
 
 def test_tiles_share_a_process_until_it_has_worked_for_a_while(

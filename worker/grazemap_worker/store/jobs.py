@@ -87,6 +87,7 @@ class Jobs:
             - The `RedisError` of the script.
         """
         # an "asker" of the scripts is a requester, its "interest" the seconds of its subscription to a job
+        share = requester.weight * 2.0 ** (requester.priority - ANONYMOUS.priority)
         common = {
             "core_version": core_version,
             "asker": requester.name,
@@ -112,7 +113,7 @@ class Jobs:
                 "lane": plan.lane,
                 "long_tiles": plan.tile_seconds > SHORT_SECONDS,
                 "kernels": kernels,
-                "weight": requester.weight * 2.0 ** (requester.priority - ANONYMOUS.priority) * LANE_WEIGHTS[plan.lane],
+                "weights": {lane: share * factor for lane, factor in LANE_WEIGHTS.items()},
                 "cost": plan.tile_seconds,
                 "most_seconds": max_seconds and max(max_seconds, SPENT_FACTOR * estimate.seconds),
             }

@@ -311,10 +311,12 @@ local function charge(id, seconds)
   end
 end
 
--- Puts a job into another lane.
+-- Puts a job into a lane, with its weight there. The weights were not stored by the first versions of this layout.
 local function move(id, lane, long_tiles)
   withdraw(id)
-  redis.call('HSET', key('job', id), 'lane', lane, 'long_tiles', long_tiles and 1 or 0)
+  local weights = cjson.decode(get(id, 'weights') or '{}')
+  redis.call('HSET', key('job', id), 'lane', lane, 'long_tiles', long_tiles and 1 or 0, 'weight',
+    weights[lane] or number(id, 'weight'))
   offer(id)
 end
 

@@ -1,6 +1,6 @@
 -- Starts a job, unless it exists already. Arguments: id, process, core_version, estimate, tiles, after (steps of the
--- assembly; 0: only tiles are counted), lane, long_tiles (whether each tile is long), kernels, asker, priority, weight,
--- cost (seconds of a tile), interest (seconds of a subscription), group ('': none). Limits: most_seconds (processor
+-- assembly; 0: only tiles are counted), lane, long_tiles (whether each tile is long), kernels, asker, priority, weights
+-- (by lane), cost (seconds of a tile), interest (seconds of a subscription), group ('': none). Limits: most_seconds (processor
 -- time of the job; left out: none), most_tiles (unfinished tiles of all jobs), asker_tiles (unfinished tiles of this
 -- asker), most_small and most_large (records of finished jobs), most_bytes (of all requests). Bytes: request, plan.
 -- Returns {'there' or 'started', the answer of `seen`}, {'full', number of unfinished tiles}, or {'quota', number of
@@ -14,8 +14,8 @@ local function join()
   local before = tonumber(get(id, 'priority') or 0)
   if joined == 1 and args.priority > before then
     withdraw(id)
-    redis.call('HSET', key('job', id), 'priority', args.priority, 'weight', args.weight)
-    offer(id)
+    redis.call('HSET', key('job', id), 'priority', args.priority, 'weights', cjson.encode(args.weights))
+    move(id, get(id, 'lane'), get(id, 'long_tiles') == '1')
   end
 end
 
@@ -159,7 +159,8 @@ local seq = redis.call('INCR', key('sequence'))
 redis.call('HSET', key('job', id), 'seq', seq, 'process', args.process, 'request', request, 'plan', plan,
   'core_version', args.core_version, 'estimate', args.estimate, 'total', total, 'done', kept, 'unit', 'tiles',
   'fingerprint', fingerprint, 'lane', args.lane, 'long_tiles', args.long_tiles and 1 or 0, 'kernels', args.kernels,
-  'asker', args.asker, 'priority', args.priority, 'weight', args.weight, 'cost', args.cost, 'tile_milliseconds',
+  'asker', args.asker, 'priority', args.priority, 'weights', cjson.encode(args.weights), 'weight',
+  args.weights[args.lane], 'cost', args.cost, 'tile_milliseconds',
   tile_milliseconds, 'created', now(), unpack(more))
 if args.after > 0 then
   redis.call('HSET', key('job', id), 'unit', 'steps', 'steps_done', kept, 'steps_total', total + args.after)
