@@ -15,7 +15,6 @@ from grazemap_service.context import Context
 from grazemap_service.hub import Hub
 from grazemap_service.metrics import Metrics
 from grazemap_service.representations import RepresentationCache
-from grazemap_service.request_log import RequestLog
 from grazemap_service.routers import batches, docs, events, health, jobs, processes, results, root
 from grazemap_service.settings import ServiceSettings
 from grazemap_worker import watchdog
@@ -61,8 +60,7 @@ def create_app(settings: ServiceSettings | None = None) -> FastAPI:
     app = FastAPI(title="grazemap", version=__version__, openapi_url=None, lifespan=lifespan)
     app.state.context = context
     problems.install(app)
-    middleware.install(app, settings)
-    app.add_middleware(RequestLog, metrics=context.metrics)  # added last, so it is the outermost middleware
+    middleware.install(app, settings, context.metrics)
     for module in _ROUTERS:
         app.include_router(module.router)
     docs.install(app, settings.frame_origins)

@@ -1,4 +1,4 @@
-"""The middleware of every request: security headers, host check and key check.
+"""The middleware of every request: headers of every answer, host check and key check.
 
 `request_body` has the middleware for request bodies. The classes are plain ASGI applications; the last one that
 `install` adds is the outermost. A refusal is a problem, which is sent without reading the body.
@@ -7,20 +7,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import structlog
 from fastapi import FastAPI
-from starlette.datastructures import Headers, MutableHeaders
+from starlette.datastructures import URL, Headers, MutableHeaders
 from starlette.middleware.cors import CORSMiddleware
 from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddleware
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from grazemap_service.keys import Keys
+from grazemap_service.metrics import Metrics
 from grazemap_service.problems import ProblemException, response_of
 from grazemap_service.rendered import RENDERED_TYPES
 from grazemap_service.representations import LINES_TYPE, NPZ_TYPE, TEXT_TYPE
 from grazemap_service.request_body import BodyLimit, ReadRestOfBody
+from grazemap_service.request_log import RequestLog
 from grazemap_service.settings import ServiceSettings, is_loopback
 from grazemap_worker.redis_settings import variable_of
 
@@ -49,11 +52,9 @@ _SECURITY_HEADERS = {
 }
 
 
-def install(app: FastAPI, settings: ServiceSettings) -> None:
+def install(app: FastAPI, settings: ServiceSettings, metrics: Metrics) -> None:
     """Give the app its middleware; the last one added is the outermost."""
-    app.add_middleware(BodyLimit, limit=settings.max_body_bytes)
-    app.add_middleware(KeyCheck, keys=Keys(settings.api_keys, settings.api_keys_file))
-    app.add_middleware(
+    cors = partial(
         Cors,
         allow_origins=list(settings.cors_origins),
         allow_methods=["GET", "HEAD", "POST", "DELETE"],
@@ -63,13 +64,18 @@ def install(app: FastAPI, settings: ServiceSettings) -> None:
         ],
         expose_headers=["Location", "Retry-After", "ETag", "X-Request-Id", "Preference-Applied"],
     )
+    app.add_middleware(BodyLimit, limit=settings.max_body_bytes)
+    app.add_middleware(KeyCheck, keys=Keys(settings.api_keys, settings.api_keys_file))
+    app.add_middleware(cors)
     app.add_middleware(HostCheck, allowed=settings.allowed_hosts)
     app.add_middleware(
         GZipMiddleware, minimum_size=_CHUNK_BYTES, compresslevel=_GZIP_LEVEL, exclude_content_types=_NOT_COMPRESSED
     )
     app.add_middleware(ChunkedSend)
-    app.add_middleware(SecurityHeaders)
+    app.add_middleware(AnswerHeaders)
     app.add_middleware(ReadRestOfBody)
+    failure = AnswerHeaders(cors(response_of(ProblemException("internal-error"))))
+    app.add_middleware(RequestLog, metrics=metrics, failure=failure)
 
 
 class Cors(CORSMiddleware):
@@ -87,17 +93,19 @@ class Cors(CORSMiddleware):
         return response_of(ProblemException("bad-request", detail, headers=headers))
 
 
-class SecurityHeaders:
-    """Adds headers that forbid a browser to execute an answer, to show it in a frame, or to guess its type.
+class AnswerHeaders:
+    """Completes the headers of every answer.
 
-    A page that frames may show says in its policy whose they are, which X-Frame-Options cannot.
+    - Browsers may neither execute an answer, nor show it in a frame, nor guess its type. A page that frames may show
+      says in its policy whose they are, which X-Frame-Options cannot.
+    - The address of a redirect has no scheme and no host, as clients may know the service by others than a proxy uses.
     """
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass the request on and add the headers to its answer."""
+        """Pass the request on and complete the headers of its answer."""
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
@@ -109,6 +117,8 @@ class SecurityHeaders:
                     headers.setdefault(name, value)
                 if "frame-ancestors 'none'" not in headers["Content-Security-Policy"]:
                     del headers["X-Frame-Options"]
+                if location := headers.get("Location"):
+                    headers["Location"] = location.removeprefix(str(URL(scope=scope).replace(path="", query="")))
             await send(message)
 
         await self.app(scope, receive, with_headers)

@@ -1,8 +1,7 @@
 """The outermost middleware: request ids, the request log, metrics, and the response to unhandled exceptions.
 
 An X-Request-Id that a client sends is kept if it has only letters, digits, ".", "_" and "-", and at most 64 characters.
-So the logs of both sides can be compared. The response to an unhandled exception is an "internal-error" problem; the
-traceback is written to the log only.
+So the logs of both sides can be compared. The traceback of an unhandled exception is written to the log only.
 """
 
 from __future__ import annotations
@@ -16,7 +15,6 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from grazemap_service.metrics import Metrics
-from grazemap_service.problems import ProblemException, response_of
 
 REQUEST_ID_HEADER = "X-Request-Id"
 _HARMLESS = re.compile(r"[A-Za-z0-9._-]{1,64}")
@@ -29,11 +27,12 @@ _log = structlog.get_logger("grazemap_service")
 
 
 class RequestLog:
-    """Gives each request an id, logs and measures it, and turns unhandled exceptions into a problem."""
+    """Gives each request an id, logs and measures it, and answers with `failure` after an unhandled exception."""
 
-    def __init__(self, app: ASGIApp, metrics: Metrics) -> None:
+    def __init__(self, app: ASGIApp, metrics: Metrics, failure: ASGIApp) -> None:
         self.app = app
         self.metrics = metrics
+        self.failure = failure
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass the request on."""
@@ -60,7 +59,7 @@ class RequestLog:
             _log.exception("request failed", method=scope["method"], route=_route(scope))
             if status:
                 raise  # the response has begun; the client notices the error as a broken connection
-            await response_of(ProblemException("internal-error"))(scope, receive, send_with_id)
+            await self.failure(scope, receive, send_with_id)
         finally:
             self._record(scope, status or _CLIENT_LEFT, time.perf_counter() - began)
 

@@ -258,7 +258,8 @@ async def _compute(
     connection: AsyncConnection, request: ProcessRequest, listen: Callable[[Event], None] | None = None
 ) -> Result:
     """Submit a request, wait for its job, and return the result."""
-    prefer = f"wait={PREFER_WAIT}, return=representation"
+    wait = PREFER_WAIT if connection.settings.timeout > 2 * PREFER_WAIT else 0
+    prefer = f"wait={wait}, return=representation"
     response = await _post(connection, request, prefer=prefer, accept=f"{_NPZ_TYPE}, application/json;q=0.5")
     if response.headers.get("content-type") == _NPZ_TYPE:
         messages.warn_about([*notes_on(request), *unstated(request)])

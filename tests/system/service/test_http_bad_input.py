@@ -522,15 +522,19 @@ def test_allow_names_every_method_of_an_address(client: TestClient, path: str, m
 
 
 def test_an_exception_is_a_problem_without_internals(
-    client: TestClient, logs: list[Any], monkeypatch: pytest.MonkeyPatch
+    serve: Any, logs: list[Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    client = serve(cors_origins="https://app.example")
+
     def broken(job_id: str) -> None:
         raise ValueError(MARKER)
 
-    monkeypatch.setattr(client.app.state.context.store.jobs, "get", broken)  # type: ignore[attr-defined]
-    answer = client.get("/v1/jobs/" + "0" * 64)
+    monkeypatch.setattr(client.app.state.context.store.jobs, "get", broken)
+    answer = client.get("/v1/jobs/" + "0" * 64, headers={"Origin": "https://app.example"})
     problem_of(answer, 500, "internal-error")
     assert MARKER not in answer.text
+    assert answer.headers["access-control-allow-origin"] == "https://app.example"
+    assert answer.headers["x-content-type-options"] == "nosniff"
     failures = [entry for entry in logs if entry["event"] == "request failed"]
     assert [entry["request_id"] for entry in failures] == [answer.headers["x-request-id"]]
 

@@ -177,6 +177,7 @@ def test_the_guide_is_shown_where_it_was_built(
     (tmp_path / "page.js").write_text("1")
     monkeypatch.setattr(GUIDE, "directory", tmp_path)
     monkeypatch.setattr(GUIDE, "all_directories", [tmp_path])
+    assert client.get("/guide", follow_redirects=False).headers["location"] == "/guide/"
     shown = client.get("/guide")
     assert shown.text == "<p>a guide"
     assert "default-src 'none'" in shown.headers["content-security-policy"]

@@ -140,3 +140,11 @@ def test_the_result_may_come_as_the_answer_to_the_question(make_client, service,
     (request,) = service.requests
     assert request.headers["prefer"] == "wait=1, return=representation"
     assert [path.stem for path in tmp_path.iterdir()] == ["a" * 64]
+
+
+def test_an_impatient_client_does_not_ask_the_service_to_wait(make_client, service):
+    service.upcoming = [
+        httpx2.Response(200, content=npz("grazing-curves"), headers={"content-type": "application/x-npz"})
+    ]
+    make_client(timeout=0.5).grazing_curve(omega=(0.2, 0.3), points=3, progress=False)
+    assert service.requests[0].headers["prefer"].startswith("wait=0,")
