@@ -44,6 +44,7 @@ RELATIONS = (
     r"\S+ has no default (in SI units|where there are matrices)",
     r"contact (names mass \S+ and there are \S+|is between a mass and itself)",
     "contact sees a free mode of the structure, which this version does not cover",
+    "bias pushes along a free mode, so there is no equilibrium",
     "contact.row is a row of zeros",
     "several contacts are not covered in this version",
     "these are the distances of both stops",

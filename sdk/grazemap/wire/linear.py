@@ -141,9 +141,12 @@ def growing(oscillator: Oscillator) -> str | None:
     return "damping" if values.real.max() > _GROWTH * np.abs(values).max() else None
 
 
-def free_modes(oscillator: Oscillator) -> Floats:
-    """Return the displacements that no spring resists, of length 1, shape (modes, N)."""
-    _, singular, right = np.linalg.svd(matrices(oscillator)[2])
+def free_modes(stiffness: Floats) -> Floats:
+    """Return the displacements that no spring resists, of length 1, shape (modes, N).
+
+    Those of the transposed matrix are the forces that no displacement balances.
+    """
+    _, singular, right = np.linalg.svd(stiffness)
     return np.asarray(right[singular <= _ROUND_OFF * len(right) * singular[0]])
 
 

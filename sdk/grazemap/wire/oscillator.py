@@ -40,8 +40,8 @@ if TYPE_CHECKING:
 else:
     np = Later("numpy")
 
-# Weight of the contact in a free mode above which it is not the rounding of 0.
-_SEEN = 1e-10
+# Part along a free mode, of a contact or of a force, above which it is not the rounding of 0.
+_PART = 1e-10
 
 
 def _damping_tag(value: Any) -> str:
@@ -243,9 +243,13 @@ class Oscillator(Request):
             return self
         if (name := linear.growing(self)) is not None:
             raise invalid("a free motion grows", "matrices whose free motions do not grow", "matrices", name)
-        if np.any(np.abs(linear.free_modes(self) @ self.contact_row) > _SEEN * np.linalg.norm(self.contact_row)):
+        stiffness = linear.matrices(self)[2]
+        if _has_part(self.contact_row, linear.free_modes(stiffness)):
             detail = "contact sees a free mode of the structure, which this version does not cover"
             raise invalid(detail, "a contact within the structure, or a structure that is held", "contact")
+        if _has_part(self.bias or [], linear.free_modes(stiffness.T)):
+            detail = "bias pushes along a free mode, so there is no equilibrium"
+            raise invalid(detail, "forces that balance along every free mode, or a structure that is held", "bias")
         return self
 
     @model_validator(mode="after")
@@ -370,6 +374,11 @@ class Oscillator(Request):
         With a damping for each link, and several modes that do not oscillate, NaN for these, at the end.
         """
         return linear.damping_ratios(self)
+
+
+def _has_part(values: list[float], modes: NDArray[np.float64]) -> bool:
+    """Return whether a contact row or forces have a part along a free mode; modes (modes, N)."""
+    return bool(values) and bool(np.any(np.abs(modes @ values) > _PART * np.linalg.norm(values)))
 
 
 def _simplest_contact(row: list[float]) -> int | list[int] | dict[str, list[float]]:

@@ -71,6 +71,8 @@ VALUES: list[tuple[str, Any, str, str, str]] = [
     ("structures", matrices(damping={"modal": [0.1]}), "/oscillator/matrices/damping/modal", "each mode", "few ratios"),
     ("structures", matrices(damping={"rayleigh": [0.1]}), "/oscillator/matrices/damping/rayleigh", "2 values", "1"),
     ("structures", structure(matrices=FREE, forcing=[1, 0]), "/oscillator/contact", "held", "free mode that is seen"),
+    ("structures", structure(matrices=FREE, forcing=[1, 0], contact=[1, 2], bias=[1, 0]), "/oscillator/bias", "balance",
+     "bias along a free mode"),
     ("structures", structure(matrices=FREE), "/oscillator/forcing", "a base that moves", "matrices without forces"),
     ("structures", structure(matrices=FREE, masses=[1, 1], forcing=[1, 0]), "/oscillator/masses", "matrices",
      "two structures"),
