@@ -13,6 +13,7 @@ Keys and scripts call a requester, who asked for a job, an "asker". A fingerprin
     job:<id>:failures   hash: "<tile>:<kind>" -> number of failures
     job:<id>:askers     sorted set: names of the subscribed askers, by the time at which their subscriptions expire
     job:<id>:events     stream: progress, tile, done; removed an hour after the end of the job; small jobs have none
+    sequence            number: the last sequence number that a job was given
     jobs, status:<s>    sorted sets of ids by sequence number: of all jobs, and of the jobs of each status
     over:<class>        the same of finished jobs, by class (small, large); the oldest records are removed first
     unfinished          hash: id -> number of tiles that remain of an accepted or running job
@@ -28,6 +29,7 @@ Keys and scripts call a requester, who asked for a job, an "asker". A fingerprin
     holders             set of the names of workers with such an index
     result:<id>:<f>     string: npz bytes of a result that was computed with fingerprint f
     results:<class>     sorted set: keys of results, least recently used first; results:sizes: hash of class and size
+    clock               number: counts the uses of results
     tiles:kept          sorted set: finished jobs with tiles, by the time at which the tiles are removed
     bytes               hash: bytes of requests, tiles, results:small, results:large
     waiting:<lane>      sorted set: jobs with tiles to claim, by the time of the last claim, else of the first offer
@@ -37,6 +39,8 @@ Keys and scripts call a requester, who asked for a job, an "asker". A fingerprin
     workers             hash: name -> description
     starting            string with a time to live: what workers do that are not ready yet
     compiling:<k>       string with a time to live: state of the compilation of kernels that jobs wait for
+    kernel-waits        string with a time to live: seconds until kernels that no worker has are ready, as JSON
+    lead:<role>         string with a time to live: the supervisor that does what only one of them does
     written             string with a time to live: written to test whether Redis takes writes
     fingerprint:<f>, version:<v>   strings with a time to live: a worker had this fingerprint, this core version
     events              channel: "id, number, name, data" of every event, on four lines
