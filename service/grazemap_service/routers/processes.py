@@ -54,10 +54,7 @@ def preferences(
             description="`wait=5`: the answer comes when the job has ended, or after 5 seconds; the server limits this "
             "time. `return=representation`: if the job was successful, the answer is its result (status 200), in "
             "the form that Accept selects.",
-            openapi_examples={
-                "wait for the end": {"value": "wait=5"},
-                "wait for the result": {"value": "wait=5, return=representation"},
-            },
+            openapi_examples={"wait for the end": {"value": "wait=5"}},
         ),
     ] = None,
 ) -> Preferences:
@@ -202,7 +199,8 @@ for _process, _model in PROCESSES.items():
             200: {
                 "model": Job,
                 "description": "The job that computes, or has computed, the same request. With `Prefer: "
-                "return=representation`, if the job was successful: its result.",
+                "return=representation`, if the job was successful: its result, as the address of the result answers. "
+                "The schema here is the job's, so that generated clients need not tell the two apart.",
             },
             201: {"model": Job, "description": "A new job; Location is its address."},
             202: {
