@@ -45,6 +45,8 @@ RELATIONS = (
     r"contact (names mass \S+ and there are \S+|is between a mass and itself)",
     "contact sees a free mode of the structure, which this version does not cover",
     "bias pushes along a free mode, so there is no equilibrium",
+    "stiffness has a free mode and is not symmetric, which this version does not cover",
+    "damping acts on a free mode and is not diagonal in the modes, which this version does not cover",
     "contact.row is a row of zeros",
     "several contacts are not covered in this version",
     "these are the distances of both stops",

@@ -13,7 +13,7 @@ from grazemap_core.arrays import Floats
 from grazemap_core.errors import ParameterError
 from grazemap_core.model.kernels.elements import Elements
 from grazemap_core.model.structure import Structure
-from grazemap_core.model.tolerances import ASYMMETRY, FLOOR_OF_WEIGHTS
+from grazemap_core.model.tolerances import ASYMMETRY, FLOOR_OF_WEIGHTS, FREE_MODE
 from grazemap_core.numerics.kernels.double_double import exact, transformed
 from grazemap_core.records import dataclass
 from grazemap_core.tolerances import LARGEST_NUMBER, SMALLEST_NUMBER
@@ -90,7 +90,7 @@ class Matrices(Structure):
             raise ParameterError("damping", "every damping ratio must be 0 or greater")
         if not np.array_equal(stiffness, stiffness.T):
             raise ParameterError("damping", "modal is for a symmetric stiffness matrix: there are no real modes")
-        squares, modes = eigh(stiffness, mass)
+        squares, modes = real_modes(mass, stiffness)
         momentum = mass @ modes
         ratios = np.broadcast_to(ratios, count).copy()
         damping = (momentum * (2.0 * ratios * np.sqrt(np.maximum(squares, 0.0)))) @ momentum.T
@@ -207,6 +207,18 @@ class Matrices(Structure):
         """Return rows (m, 2N) that act on z of `energy_matrix` as rows that act on displacements and velocities."""
         count = self.size
         return np.concatenate((rows[:, :count] @ self._root_of_stiffness, rows[:, count:] @ self._root_of_mass), axis=1)
+
+
+def real_modes(mass: Floats, stiffness: Floats) -> tuple[Floats, Floats]:
+    """Return the squared frequencies (N,), 0 of a free mode, and the modes (N, N) of a structure with a symmetric K."""
+    squares, modes = eigh(stiffness, mass)
+    return np.where(np.abs(squares) <= FREE_MODE * len(mass) * np.max(np.abs(squares)), 0.0, squares), modes
+
+
+def has_free_modes(stiffness: Floats) -> bool:
+    """Return whether there are displacements that no spring resists."""
+    singular = np.linalg.svd(stiffness, compute_uv=False)
+    return bool(singular[-1] <= FREE_MODE * len(stiffness) * singular[0])
 
 
 def elements_of(mass: Floats, damping: Floats, stiffness: Floats) -> Elements:

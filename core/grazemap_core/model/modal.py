@@ -12,20 +12,20 @@ from dataclasses import replace
 from functools import cached_property, lru_cache
 
 import numpy as np
-from scipy.linalg import eigh, svd
+from scipy.linalg import svd
 
 from grazemap_core.arrays import Booleans, Floats
-from grazemap_core.errors import ParameterError
+from grazemap_core.errors import ConditioningError, ParameterError
 from grazemap_core.model.chain import Chain, elongations
 from grazemap_core.model.damped_blocks import damped_blocks
-from grazemap_core.model.matrices import Matrices
+from grazemap_core.model.matrices import Matrices, has_free_modes, real_modes
 from grazemap_core.model.modal_refinement import Blocks, refine
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.structure import Structure
 from grazemap_core.model.tolerances import (
     CLASSICAL_COUPLING,
-    FREE_MODE,
     GROWTH,
+    MODAL_CONDITION_LIMIT,
     PROPORTIONAL_SPREAD,
     UNDAMPED_RATIO,
     VANISHING_WEIGHT,
@@ -165,14 +165,14 @@ def _proportional(chain: Chain, gamma: float) -> _Decomposition:
 def _of_matrices(structure: Matrices) -> _Decomposition:
     """Return the modes of a structure with dense matrices: classical ones where the damping is diagonal in them."""
     if not structure.has_symmetric_stiffness:
+        if has_free_modes(structure.stiffness_matrix):
+            raise ParameterError("stiffness", "has a free mode and is not symmetric, which is not covered")
         _check_exponents(structure)
         return _assemble(structure, damped_blocks(structure))
     count = structure.size
-    squares, modes = eigh(structure.stiffness_matrix, structure.mass_matrix)
-    rounding = FREE_MODE * count * np.max(np.abs(squares))
-    if np.min(squares) < -rounding:
+    squares, modes = real_modes(structure.mass_matrix, structure.stiffness_matrix)
+    if np.min(squares) < 0.0:
         raise ParameterError("stiffness", "has a negative direction, in which a free motion grows")
-    squares = np.where(np.abs(squares) <= rounding, 0.0, squares)
     columns = np.zeros((2 * count, 2 * count))
     columns[:count, 0::2] = columns[count:, 1::2] = modes
     blocks = refine(structure.undamped(), columns, squares, np.zeros(count))
@@ -189,8 +189,36 @@ def _of_matrices(structure: Matrices) -> _Decomposition:
         if np.min(twice) < 0.0:
             raise ParameterError("damping", "has a negative direction, in which a free motion grows")
         return _classical(structure, np.sqrt(squares), columns, 0.5 * twice, None)
-    _check_exponents(structure)
-    return _assemble(structure, damped_blocks(structure))
+    free = squares == 0.0
+    if not np.any(free):
+        _check_exponents(structure)
+        return _assemble(structure, damped_blocks(structure))
+    if max(np.max(np.abs(coupling[:, free])), np.max(np.abs(coupling[free]))) > CLASSICAL_COUPLING * count * largest:
+        raise ParameterError("damping", "acts on a free mode and is not diagonal in the modes, which is not covered")
+    return _assemble(structure, _beside_free_modes(structure, squares, modes, coupling))
+
+
+def _beside_free_modes(structure: Matrices, squares: Floats, modes: Floats, coupling: Floats) -> Blocks:
+    """Return the blocks of a structure with free modes on which no damper acts: the other modes move by themselves."""
+    free, count = squares == 0.0, structure.size
+    rigid, others = modes[:, free], modes[:, ~free]
+    inner = Matrices(np.eye(others.shape[1]), coupling[np.ix_(~free, ~free)], np.diag(squares[~free]))
+    _check_exponents(inner)
+    blocks = damped_blocks(inner)
+    first = 2 * rigid.shape[1]
+    columns = np.zeros((2 * count, 2 * count))
+    columns[:count, 0:first:2] = columns[count:, 1:first:2] = rigid
+    columns[:count, first:] = others @ blocks.columns[: inner.size]
+    columns[count:, first:] = others @ blocks.columns[inner.size :]
+    still = np.zeros(rigid.shape[1])
+    product, decay = np.concatenate((still, blocks.frequency_squared)), np.concatenate((still, blocks.decay))
+    refined = refine(structure, columns, product, decay)
+    if not refined.conditioning <= MODAL_CONDITION_LIMIT:
+        raise ConditioningError("the free modes of this structure are not separated from its other modes")
+    # a free mode moves along its displacement, so that the contact does not see its velocity either
+    refined.columns[:count, 1:first:2] = refined.columns[count:, 0:first:2] = 0.0
+    refined.columns[count:, 1:first:2] = refined.columns[:count, 0:first:2]
+    return refined
 
 
 def _check_exponents(structure: Matrices) -> None:
@@ -263,6 +291,9 @@ def _assemble(structure: Structure, blocks: Blocks) -> _Decomposition:
     column_length = np.linalg.norm(energy * factor, axis=0)
     inverse = np.linalg.inv(energy * factor / column_length) / column_length[:, None]
     to_modal = structure.rows_of_states(inverse)
+    for j in np.flatnonzero(blocks.frequency_squared[order] == 0.0):  # a free mode, which an impact does not move
+        to_modal[2 * j : 2 * j + 2] = 0.0
+        to_modal[2 * j, :count] = to_modal[2 * j + 1, count:] = from_modal[:count, 2 * j] @ structure.mass_matrix
 
     decay = blocks.decay[order]
     undamped = decay <= UNDAMPED_RATIO * frequency[order]

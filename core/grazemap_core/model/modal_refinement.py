@@ -42,6 +42,8 @@ def refine(structure: Structure, columns: Floats, frequency_squared: Floats, dec
     With ``E = X^-1 (A X - X T)`` the columns become ``X (I + F)``, ``T_i F_ij - F_ij T_j = -E_ij`` off the diagonal;
     on the diagonal, frequency_squared, decay, and a along its remaining degree of freedom are updated exactly.
 
+    A block whose product and decay are 0 is that of a free mode: it is exact, and keeps them.
+
     Blocks of the same exponents may be mixed at will: where the equations for F_ij are singular, the smallest solution
     is taken. What is left of E_ij is round-off if the blocks are independent; else they are nearly defective together.
     """
@@ -49,6 +51,7 @@ def refine(structure: Structure, columns: Floats, frequency_squared: Floats, dec
     previous = tolerances.MODAL_REFINEMENT_REACH
     conditioning, have_equal = np.inf, False
     discriminant = frequency_squared - decay**2
+    free = (frequency_squared == 0.0) & (decay == 0.0)
     for _ in range(tolerances.MODAL_REFINEMENT_STEPS):
         residual = structure.invariance_residual(columns, frequency_squared, decay)
         energy = structure.weighted(columns)
@@ -66,11 +69,12 @@ def refine(structure: Structure, columns: Floats, frequency_squared: Floats, dec
             have_equal = True
             update, left = _off_diagonal_update(error, frequency_squared, decay, lengths, have_equal)
         diagonal = error.reshape(count, 2, count, 2)[np.arange(count), :, np.arange(count), :]
-        if not np.all(frequency_squared > 0.0):  # smaller than the round-off of faster blocks
+        if not np.all((frequency_squared > 0.0) | free):  # smaller than the round-off of faster blocks
             conditioning = np.inf
             break
-        frequency = np.sqrt(frequency_squared)
-        size = max(float(np.max(np.abs(update))), float(np.max(np.abs(diagonal) / frequency[:, None, None])))
+        frequency = np.sqrt(frequency_squared[~free])
+        relative = np.abs(diagonal[~free]) / frequency[:, None, None]
+        size = max(float(np.max(np.abs(update))), float(np.max(relative, initial=0.0)))
         if not size <= tolerances.MODAL_REFINEMENT_REACH:
             # too far for Newton's method
             conditioning = np.inf
@@ -80,7 +84,8 @@ def refine(structure: Structure, columns: Floats, frequency_squared: Floats, dec
         e11, e22 = diagonal[:, 0, 0], diagonal[:, 1, 1]
         e12, e21 = diagonal[:, 0, 1] * scale, diagonal[:, 1, 0] / scale
         product_change = e12 * frequency_squared - e21 - 2.0 * decay * e11 + e11 * e22 - e12 * e21
-        decay_change = -0.5 * (e11 + e22)
+        product_change = np.where(free, 0.0, product_change)
+        decay_change = np.where(free, 0.0, -0.5 * (e11 + e22))
         discriminant = _discriminant(frequency_squared, product_change, decay, decay_change)
         frequency_squared = frequency_squared + product_change
         decay = decay + decay_change

@@ -49,7 +49,8 @@ class StructureSummary:
     contact_equilibrium: float
     """The contact coordinate there, q_e."""
     natural_frequencies: Floats
-    """(N,) Frequencies of the structure without damping, in increasing order; 0 for a free mode."""
+    """(N,) Frequencies of the structure without damping, in increasing order; 0 for a free mode; NaN where follower
+    forces make it flutter without damping."""
     damping_ratios: Floats
     """(N,) Damping ratios of the damped modes, by increasing frequency; NaN of a free mode, and where several modes do
     not oscillate and the damping is not diagonal in the modes, as their exponents form no pairs."""
@@ -103,8 +104,11 @@ def summary(oscillator: Oscillator, omega: ArrayLike, times: ArrayLike) -> Struc
 def _undamped(oscillator: Oscillator) -> tuple[Floats, Floats | None]:
     """Return the natural frequencies, and the weights of the contact in the real modes, if there are any."""
     structure = oscillator.structure
-    model = modal_model(replace(oscillator, structure=structure.undamped()))
     symmetric = not isinstance(structure, Matrices) or structure.has_symmetric_stiffness
+    try:
+        model = modal_model(replace(oscillator, structure=structure.undamped()))
+    except ParameterError:  # the structure is stable, and the one without damping is not
+        return np.full(oscillator.size, np.nan), None
     return np.sqrt(model.frequency_squared), np.abs(model.contact_row[:, 0]) if symmetric else None
 
 

@@ -70,7 +70,11 @@ class Structure(Result, process="structures", rows="omega"):
     contact_equilibrium: float = field("The contact coordinate in the equilibrium.", unit="m")
     gaps: Gaps | None = field("The distances of the stops from the equilibrium.", when="with clearance", prefix="gap_")
     natural_frequencies: FloatArray = field(
-        "Angular frequencies of the structure without damping, increasing; 0 of a free mode.", "mode", "rad/s"
+        "Angular frequencies of the structure without damping, increasing; 0 of a free mode; null where follower "
+        "forces make it flutter.",
+        "mode",
+        "rad/s",
+        null=True,
     )
     damping_ratios: FloatArray = field(
         "Damping ratios of the damped modes, by increasing frequency; null for a free mode. If the damping is not "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from grazemap.later import Later
 from grazemap.wire.structure import Matrices, RayleighDamping, StopName
@@ -32,8 +32,15 @@ _NEWTON_STEPS = 8
 _ROUND_OFF = 1e-13
 """Error of an eigenvalue, relative to the largest one."""
 
-_GROWTH = 1e-6
-"""Real part of an exponent, relative to the largest one, above which it is not the rounding of 0."""
+_EPSILON = 2.0**-52
+
+FREE_MODE = 16.0 * _EPSILON
+"""Eigenvalue or singular value, over the largest one and N, up to which it is the rounding of 0; the core has the
+same."""
+
+GROWTH = _EPSILON**0.5
+"""Real part of an exponent, relative to the largest one, above which it is not the rounding of 0; the core has the
+same."""
 
 
 def matrices(oscillator: Oscillator) -> tuple[Floats, Floats, Floats]:
@@ -57,7 +64,8 @@ def _given(described: Matrices) -> tuple[Floats, Floats, Floats]:
     inverse = np.linalg.inv(np.linalg.cholesky(mass))
     squares, vectors = np.linalg.eigh(inverse @ stiffness @ inverse.T)
     momentum = mass @ inverse.T @ vectors
-    rates = 2.0 * np.array(damping.modal) * np.sqrt(np.maximum(squares, 0.0))
+    resisted = squares > FREE_MODE * len(mass) * np.abs(squares).max()
+    rates = 2.0 * np.array(damping.modal) * np.sqrt(np.where(resisted, squares, 0.0))
     return mass, (momentum * rates) @ momentum.T, stiffness
 
 
@@ -132,22 +140,49 @@ def growing(oscillator: Oscillator) -> str | None:
     inner, viscous = inverse @ stiffness @ inverse.T, inverse @ damping @ inverse.T
     if np.array_equal(stiffness, stiffness.T):
         squares = np.linalg.eigvalsh(0.5 * (inner + inner.T))
-        if squares[0] < -_ROUND_OFF * len(mass) * np.abs(squares).max():
+        if squares[0] < -FREE_MODE * len(mass) * np.abs(squares).max():
             return "stiffness"
         if np.linalg.eigvalsh(0.5 * (viscous + viscous.T))[0] >= 0.0:  # gyroscopic forces do no work
             return None
     count = len(mass)
     values = np.linalg.eigvals(np.block([[np.zeros((count, count)), np.eye(count)], [-inner, -viscous]]))
-    return "damping" if values.real.max() > _GROWTH * np.abs(values).max() else None
+    return "damping" if values.real.max() > GROWTH * np.abs(values).max() else None
 
 
-def free_modes(stiffness: Floats) -> Floats:
-    """Return the displacements that no spring resists, of length 1, shape (modes, N).
+class FreeModes(NamedTuple):
+    """The displacements that no spring resists, or the forces that no displacement balances."""
 
-    Those of the transposed matrix are the forces that no displacement balances.
-    """
+    directions: Floats
+    """(modes, N) Of length 1."""
+    rounding: float
+    """Bound of their errors."""
+
+    def have_part_of(self, values: Sequence[float]) -> bool:
+        """Return whether numbers (N,), those of a contact or of forces, have a part along one of them."""
+        row = np.array(values)
+        return bool(np.any(np.abs(self.directions @ row) > self.rounding * np.linalg.norm(row)))
+
+
+def free_modes(stiffness: Floats) -> FreeModes:
+    """Return the displacements that no spring resists; of the transposed matrix, the forces that nothing balances."""
     _, singular, right = np.linalg.svd(stiffness)
-    return np.asarray(right[singular <= _ROUND_OFF * len(right) * singular[0]])
+    least = FREE_MODE * len(right)
+    free = singular <= least * singular[0]
+    others = singular[~free]
+    return FreeModes(right[free], least * float(singular[0] / others[-1]) if len(others) else least)
+
+
+def are_damped(free: FreeModes, oscillator: Oscillator) -> bool:
+    """Return whether dampers act on free modes of a structure whose damping is not diagonal in its modes."""
+    mass, damping, stiffness = matrices(oscillator)
+    forces = np.abs(np.concatenate((damping @ free.directions.T, damping.T @ free.directions.T)))
+    if forces.max() <= free.rounding * np.abs(damping).max():
+        return False
+    inverse = np.linalg.inv(np.linalg.cholesky(mass))
+    modes = inverse.T @ np.linalg.eigh(inverse @ stiffness @ inverse.T)[1]
+    coupling = modes.T @ damping @ modes
+    between = coupling - np.diag(np.diag(coupling))
+    return bool(np.abs(between).max() > free.rounding * np.abs(coupling).max())
 
 
 def antiresonances(oscillator: Oscillator) -> Floats:

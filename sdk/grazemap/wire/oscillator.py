@@ -40,9 +40,6 @@ if TYPE_CHECKING:
 else:
     np = Later("numpy")
 
-# Part along a free mode, of a contact or of a force, above which it is not the rounding of 0.
-_PART = 1e-10
-
 
 def _damping_tag(value: Any) -> str:
     # an array without dimensions is a number, although it has __len__
@@ -244,12 +241,21 @@ class Oscillator(Request):
         if (name := linear.growing(self)) is not None:
             raise invalid("a free motion grows", "matrices whose free motions do not grow", "matrices", name)
         stiffness = linear.matrices(self)[2]
-        if _has_part(self.contact_row, linear.free_modes(stiffness)):
+        free = linear.free_modes(stiffness)
+        if not len(free.directions):
+            return self
+        if not np.array_equal(stiffness, stiffness.T):
+            detail = "stiffness has a free mode and is not symmetric, which this version does not cover"
+            raise invalid(detail, "a structure that is held, or a symmetric matrix", "matrices", "stiffness")
+        if free.have_part_of(self.contact_row):
             detail = "contact sees a free mode of the structure, which this version does not cover"
             raise invalid(detail, "a contact within the structure, or a structure that is held", "contact")
-        if _has_part(self.bias or [], linear.free_modes(stiffness.T)):
+        if self.bias is not None and free.have_part_of(self.bias):
             detail = "bias pushes along a free mode, so there is no equilibrium"
             raise invalid(detail, "forces that balance along every free mode, or a structure that is held", "bias")
+        if linear.are_damped(free, self):
+            detail = "damping acts on a free mode and is not diagonal in the modes, which this version does not cover"
+            raise invalid(detail, "dampers within the structure, or modal or Rayleigh damping", "matrices", "damping")
         return self
 
     @model_validator(mode="after")
@@ -374,11 +380,6 @@ class Oscillator(Request):
         With a damping for each link, and several modes that do not oscillate, NaN for these, at the end.
         """
         return linear.damping_ratios(self)
-
-
-def _has_part(values: list[float], modes: NDArray[np.float64]) -> bool:
-    """Return whether a contact row or forces have a part along a free mode; modes (modes, N)."""
-    return bool(values) and bool(np.any(np.abs(modes @ values) > _PART * np.linalg.norm(values)))
 
 
 def _simplest_contact(row: list[float]) -> int | list[int] | dict[str, list[float]]:

@@ -172,6 +172,61 @@ def test_a_mode_that_contact_does_not_see_may_be_free() -> None:
         equilibrium(Oscillator.of_structure(structure, [1.0, -1.0], drive, 0.8, [0.3, 0.0]))
 
 
+def free_chain(stiffness: float) -> tuple[np.ndarray, np.ndarray]:
+    """Masses and springs of a free chain of three whose springs differ in stiffness."""
+    return np.diag([1.0, 2.0, 3.0]), np.array(
+        [[1.0, -1.0, 0.0], [-1.0, 1.0 + stiffness, -stiffness], [0.0, -stiffness, stiffness]]
+    )
+
+
+DAMPERS_BETWEEN = np.array([[0.28, -0.21, -0.07], [-0.21, 0.45, -0.24], [-0.07, -0.24, 0.31]])
+TURNED_AND_BETWEEN = DAMPERS_BETWEEN + 0.2 * np.array([[0.0, 1.0, -1.0], [-1.0, 0.0, 1.0], [1.0, -1.0, 0.0]])
+
+
+@pytest.mark.parametrize("damping", [DAMPERS_BETWEEN, TURNED_AND_BETWEEN, None], ids=["between", "turned", "modal"])
+@pytest.mark.parametrize("stiffness", [1.0, 1e3, 1e5, 1e8])
+def test_a_contact_within_a_free_structure_moves_as_in_fifty_digits(
+    damping: np.ndarray | None, stiffness: float
+) -> None:
+    mass, springs = free_chain(stiffness)
+    modal = 0.05 if damping is None else None
+    structure = Matrices.create(mass, springs, damping, modal=modal)
+    model = modal_model(Oscillator.of_structure(structure, [1.0, -1.0, 0.0], [], 0.8))
+    assert np.count_nonzero(model.frequency_squared == 0.0) == 1
+    assert not np.any(model.contact_row[model.frequency_squared == 0.0])
+    for time in (1.0, 30.0):
+        blocks = [
+            np.reshape(block_flow(*numbers, time), (2, 2))
+            for numbers in zip(model.decay, model.discriminant, model.frequency_squared, strict=True)
+        ]
+        flow = model.from_modal @ block_diag(*blocks) @ model.to_modal
+        exact = np.array(StructureOracle(mass, structure.damping_matrix, springs, []).flow(time))
+        # times of the fastest mode and masses have roundings; displacements grow with time
+        assert flow == pytest.approx(exact, abs=4e-15 * np.sqrt(stiffness) * time * np.abs(exact).max())
+
+
+def test_a_free_mode_that_couples_to_others_is_refused_by_name() -> None:
+    mass, springs = free_chain(2.0)
+    pushed = DAMPERS_BETWEEN + np.array([[0.0, 0.1, -0.1], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    for damping in (np.diag([0.1, 0.0, 0.0]), DAMPERS_BETWEEN + np.diag([0.0, 0.0, 1e-3]), pushed):
+        with pytest.raises(ParameterError, match="free mode") as caught:
+            modal_model(Matrices.create(mass, springs, damping))
+        assert caught.value.name == "damping"
+    follower = springs + np.array([[0.0, 0.0, 0.0], [0.1, -0.1, 0.0], [0.0, 0.0, 0.0]])
+    with pytest.raises(ParameterError, match="free mode") as caught:
+        modal_model(Matrices.create(mass, follower, DAMPERS_BETWEEN))
+    assert caught.value.name == "stiffness"
+    # damping that is proportional to the masses resists it and couples nothing
+    assert modal_model(Matrices.create(mass, springs, 0.1 * mass)).decay == pytest.approx(0.05, rel=1e-14)
+
+
+def test_follower_forces_that_flutter_without_damping_have_no_natural_frequencies() -> None:
+    structure = Matrices.create(np.eye(2), [[1.0, 0.5], [-0.5, 1.0]], np.eye(2))
+    figures = summary(Oscillator.of_structure(structure, [1.0, 0.0], [], 0.8), [], [])
+    assert np.all(np.isnan(figures.natural_frequencies))
+    assert figures.contact_weights is None
+
+
 PART = tuple(
     np.array(matrix) for matrix in ([[1.0, 0.0], [0.0, 2.0]], [[0.3, -0.1], [-0.1, 0.1]], [[2.0, -1.0], [-1.0, 1.0]])
 )

@@ -182,7 +182,7 @@ export class MachineForm {
       );
       byId("sketch").replaceChildren(...sketch(machine));
       const ratios = data.damping_ratios;
-      const frequency = (value) => withUnit(machine, "frequency", value);
+      const frequency = (value) => (value === null ? "no frequency" : withUnit(machine, "frequency", value));
       byId("modes").replaceChildren(
         ...data.natural_frequencies.map((omega, k) =>
           element("li", { textContent: `${frequency(omega)}, damping ratio ${toRead(ratios[k])}` }),
