@@ -31,4 +31,4 @@ def column(oscillator: Oscillator, omega: float, clearances: Floats, max_periods
     runner = Runner(oscillator, task)
     results = runner.run(runner.at(omega), clearances, AtRest())
     codes, figures = (np.moveaxis(part, 2, 0)[:, :, None] for part in results)
-    return named_arrays(codes, figures, DEFAULT_SETTINGS)
+    return named_arrays(codes, figures, DEFAULT_SETTINGS, mirrors=True)

@@ -189,7 +189,8 @@ def cells_per_period(models: Sequence[ModalModel], omega: float, order: int = 1)
     fastest = max(model.fastest_exponent for model in models)
     needed = 2.0 * math.pi * max(float(order), fastest / omega) / CELL_REACH
     if not needed <= MAX_CELLS_PER_PERIOD:
-        raise ParameterError(
-            "omega", f"must be greater than the fastest exponent of the structure / {MAX_CELLS_PER_PERIOD // 6}"
-        )
+        most = math.floor(MAX_CELLS_PER_PERIOD * CELL_REACH / (2.0 * math.pi))
+        if order > most:
+            raise ParameterError("forcing", f"must have harmonics of orders up to {most}")
+        raise ParameterError("omega", f"must be greater than the fastest exponent of the structure / {most}")
     return 2 * math.ceil(max(needed, MIN_CELLS_PER_PERIOD) / 2)

@@ -17,7 +17,7 @@ import numpy as np
 
 from grazemap_core.arrays import Complexes, Floats, Integers
 from grazemap_core.contact.kernels.stops import Stops
-from grazemap_core.continuation.parameters import PARAMETERS, Parameter, ParameterPoint, keeps_symmetry
+from grazemap_core.continuation.parameters import PARAMETERS, Parameter, ParameterPoint, domain, keeps_symmetry
 from grazemap_core.continuation.point_equations import PointEquations
 from grazemap_core.continuation.tolerances import (
     DIFFERENCE,
@@ -30,10 +30,9 @@ from grazemap_core.grazing.one_impact_family import Pattern
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.numerics.kernels.dense import eliminate
 from grazemap_core.orbits.impact_sequences import ImpactSequence
-from grazemap_core.orbits.kernels.admissibility import NO_FURTHER_CONTACT, further_contact
-from grazemap_core.orbits.kernels.batches import OrbitScratch, orbit_scratch
+from grazemap_core.orbits.kernels.admissibility import NO_FURTHER_CONTACT, contact_scratch, further_contact
 from grazemap_core.orbits.kernels.equations import OrbitImpacts, OrbitProblem, assemble, assemble_doubled
-from grazemap_core.orbits.kernels.newton import allowed_share, newton_kantorovich
+from grazemap_core.orbits.kernels.newton import NewtonScratch, allowed_share, newton_kantorovich, newton_scratch
 from grazemap_core.orbits.states import multipliers_of, with_unseen
 from grazemap_core.orbits.tolerances import MAX_KANTOROVICH, ORBIT_RESIDUAL, ORBIT_SETTLED
 from grazemap_core.records import dataclass
@@ -146,9 +145,8 @@ class ContinuationProblem:
         return self.length if name.startswith("clearance") else 1.0
 
     @cached_property
-    def _scratch(self) -> OrbitScratch:
-        model = self._equations.family(self.fixed, self.pattern).model
-        return orbit_scratch(self.count, model.size)
+    def _newton(self) -> NewtonScratch:
+        return newton_scratch(self.count)
 
     def unknowns(self, impacts: ImpactSequence, values: ParameterPoint) -> Floats:
         """Return the unknowns of an orbit whose parameters have these values."""
@@ -180,7 +178,7 @@ class ContinuationProblem:
             name: self._by_structure(i, unknowns) for i, name in enumerate(self.parameters) if name not in PARAMETERS
         }
         _, impacts, terms = self._assemble(unknowns)
-        jacobian = self._scratch.newton.jacobian
+        jacobian = self._newton.jacobian
         derivatives = np.empty((2 * count, 2 * count + len(self.parameters)))
         derivatives[:, : 2 * count] = jacobian[:, : 2 * count]
         for i, name in enumerate(self.parameters):
@@ -193,14 +191,14 @@ class ContinuationProblem:
             elif name in PARAMETERS:
                 columns[name] = self._by_gap(name, values)
             derivatives[:, 2 * count + i] = columns[name] * self.units[name]
-        return self._scratch.newton.residual.copy(), derivatives, terms
+        return self._newton.residual.copy(), derivatives, terms
 
     def _assemble(self, unknowns: Floats) -> tuple[OrbitProblem, OrbitImpacts, float]:
         """Write residual and Jacobian of the orbit's equations to the scratch.
 
         Returns the equations and the impacts, as the kernels take them, and the size of the equations' terms.
         """
-        count, newton, values = self.count, self._scratch.newton, self.values(unknowns)
+        count, newton, values = self.count, self._newton, self.values(unknowns)
         problem, stops = self._problem(values), self._equations.stops(values)
         impacts = OrbitImpacts(stops, self.sides, unknowns[:count], unknowns[count : 2 * count])
         return problem, impacts, float(assemble(problem, impacts, newton.residual, newton.jacobian, newton.before))
@@ -210,13 +208,15 @@ class ContinuationProblem:
 
         The differences only direct Newton's method and the path: what is solved for are the residuals.
         """
-        residuals, unit = [], self.units[self.parameters[index]]
-        for side in (DIFFERENCE, -DIFFERENCE):
+        place, residuals = 2 * self.count + index, []
+        value = float(unknowns[place])
+        sides = (value + DIFFERENCE, max(value - DIFFERENCE, 0.0))  # no parameter of a structure is negative
+        for side in sides:
             moved = unknowns.copy()
-            moved[2 * self.count + index] += side
+            moved[place] = side
             self._assemble(moved)
-            residuals.append(self._scratch.newton.residual.copy())
-        return np.asarray((residuals[0] - residuals[1]) / (2.0 * DIFFERENCE * unit))
+            residuals.append(self._newton.residual.copy())
+        return np.asarray((residuals[0] - residuals[1]) / ((sides[0] - sides[1]) * self.units[self.parameters[index]]))
 
     def direction(self, unknowns: Floats) -> Floats:
         """Return a unit tangent of the path; which of the two directions is arbitrary."""
@@ -276,12 +276,12 @@ class ContinuationProblem:
         """Return the matrix (2 k, 2 k) whose determinant is `doubling_test`."""
         problem, impacts, _ = self._assemble(unknowns)
         matrix = np.empty((2 * self.count, 2 * self.count))
-        assemble_doubled(problem, impacts, self._scratch.newton.before, matrix)
+        assemble_doubled(problem, impacts, self._newton.before, matrix)
         return matrix
 
     def evaluate(self, unknowns: Floats) -> ContinuationPoint:
         """Return a point with its multipliers, test functions and contacts."""
-        newton, size, values = self._scratch.newton, 2 * self.count, self.values(unknowns)
+        newton, size, values = self._newton, 2 * self.count, self.values(unknowns)
         problem, impacts, terms = self._assemble(unknowns)
         residual = float(np.abs(newton.residual).max())
         kantorovich, _ = newton_kantorovich(problem, impacts, terms, newton)
@@ -289,7 +289,8 @@ class ContinuationProblem:
         fold_test = eliminate(system, size)
         assemble_doubled(problem, impacts, newton.before, system)
         doubling_test = eliminate(system, size)
-        contact, excess, phase, stop = further_contact(problem, impacts, -math.inf, self._scratch.contact)
+        scratch = contact_scratch(self.count, len(problem.decay))  # the parameters decide which blocks the contact sees
+        contact, excess, phase, stop = further_contact(problem, impacts, -math.inf, scratch)
         return ContinuationPoint(
             unknowns=unknowns,
             values=values,
@@ -311,15 +312,16 @@ class ContinuationProblem:
 
     def _multipliers(self, values: ParameterPoint, problem: OrbitProblem, impacts: OrbitImpacts) -> Complexes:
         """Return the multipliers (2N,) of the impacts that were assembled last."""
-        multipliers = multipliers_of(problem, impacts, self._scratch.newton.before)
+        multipliers = multipliers_of(problem, impacts, self._newton.before)
         return with_unseen(self._equations.forced(values, self.pattern), multipliers)
 
     def _in_domain(self, values: ParameterPoint) -> bool:
         """Return whether Newton's method may try these values: the equations are analytic beyond the physical ones."""
         rebounds = 1.0 + values.restitution_right, 1.0 + values.restitution_left
         distance = values.clearance_right + values.clearance_left
-        structure = [value for name, value in values.structure if name in self.parameters]
-        return min(values.omega, values.forcing, distance, *rebounds, *structure) > 0.0
+        if any(value < domain(name)[0] for name, value in values.structure if name in self.parameters):
+            return False
+        return min(values.omega, values.forcing, distance, *rebounds) > 0.0
 
     def _by_gap(self, name: Parameter, values: ParameterPoint) -> Floats:
         """Return the residuals' derivatives (2 k,) with respect to a clearance, or to the factor of the bias."""
@@ -344,7 +346,7 @@ class ContinuationProblem:
         `_assemble` has written the Jacobian.
         """
         count, stops = self.count, impacts.stops
-        by_speed = self._scratch.newton.jacobian[:, count : 2 * count].copy()
+        by_speed = self._newton.jacobian[:, count : 2 * count].copy()
         by_speed[count + np.arange(count), np.arange(count)] += 1.0  # the unknown itself is no impulse
         rebound = 1.0 + np.where(self.sides > 0.0, stops.restitution_right, stops.restitution_left)
         weight = impacts.speeds / rebound

@@ -140,6 +140,7 @@ class _Points:
         if settings.is_sweep:
             raise ParameterError("policy", "must be rest or ensemble: a sweep computes every point from its neighbour")
         self._settings, self._runner = settings, PlaneRunner(plane, settings.of_runs(plane.oscillator))
+        self._mirrors = plane.mirrors
         periods = settings.max_periods * (settings.initial_conditions if settings.is_ensemble else 1)
         self.largest_sample = min(LARGEST_INFERRED_SAMPLE, max(1, RUN_ON_PERIODS // periods))
         self._numbers: dict[tuple[int, ...], int] = {}
@@ -156,7 +157,7 @@ class _Points:
         rows, columns = rows[order], columns[order]
         results = self._runner.points(rows, columns)
         codes, figures = np.moveaxis(results[0], 2, 0)[:, :, None], np.moveaxis(results[1], 2, 0)[:, :, None]
-        named = named_arrays(codes, figures, self._settings)
+        named = named_arrays(codes, figures, self._settings, self._mirrors)
         arrays = {name: array[:, 0] for name, array in named.items()}
         self._done.append((rows, columns, arrays))
         label, approach = np.empty(len(rows), np.int32), np.empty(len(rows))
@@ -201,7 +202,7 @@ class _Points:
         kind, _, period, right, left, symmetric, sticking, sensitive = label
         if sensitive:
             return SENSITIVE_LABEL
-        if self._settings.is_ensemble:
+        if self._settings.is_ensemble and self._mirrors:
             right, left = min(right, left), max(right, left)
         key = (kind, period, right, left, symmetric, sticking)
         if key not in self._numbers:

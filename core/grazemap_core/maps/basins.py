@@ -213,6 +213,11 @@ def attractors(arrays: dict[str, NDArray[Any]]) -> tuple[NDArray[np.int16], list
         Position in the list; -1 for states whose motion is unresolved.
     attractors : list of Attractor
         Motions with the same name are one if their means agree to `SEPARATION` times the accuracy of a motion.
+
+    Raises
+    ------
+    ParameterError
+        There are more attractors than an int16 counts.
     """
     kind = arrays["kind"].ravel()
     keys = np.stack([arrays[name].ravel().astype(np.int64) for name in NAME], axis=1)
@@ -228,14 +233,18 @@ def attractors(arrays: dict[str, NDArray[Any]]) -> tuple[NDArray[np.int16], list
         for cluster in _clusters(means[members]):
             group[members[cluster]] = count
             count += 1
-    sizes = np.bincount(group[group >= 0], minlength=count)
-    # attractors of as many states are in the order of their first states
-    first = np.array([np.argmax(group == g) for g in range(count)], dtype=np.int64)
-    order = np.lexsort([first, -sizes])
     position = np.full(count + 1, -1, dtype=np.int16)
+    if count > np.iinfo(position.dtype).max:
+        raise ParameterError("states", f"lead to {count} different motions, more than {np.iinfo(position.dtype).max}")
+    sizes = np.bincount(group[group >= 0], minlength=count)
+    by_group = np.argsort(group, kind="stable")[np.count_nonzero(group < 0) :]
+    of_group = np.split(by_group, np.cumsum(sizes)[:-1]) if count else []
+    # attractors of as many states are in the order of their first states
+    first = np.array([states[0] for states in of_group], dtype=np.int64)
+    order = np.lexsort([first, -sizes])
     position[order] = np.arange(count)
     label = position[group].reshape(arrays["kind"].shape)
-    return label, [_attractor(arrays, np.flatnonzero(group == g), kind.size) for g in order]
+    return label, [_attractor(arrays, of_group[g], kind.size) for g in order]
 
 
 def _index(role: str, coordinate: Coordinate, size: int) -> tuple[int, int]:

@@ -158,7 +158,7 @@ def _follow(
             if impacts > most:
                 raise RecordSizeError(most, most_bytes)
             if len(run.time) <= periods:  # it ended early
-                state, motion = None, run.motion
+                state, motion, inherits = None, run.motion, False
             elif not inherits:
                 state = run.final
         yield Section(

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from grazemap_core.arrays import Booleans, Floats
-from grazemap_core.continuation.parameters import PARAMETERS
+from grazemap_core.continuation.parameters import PARAMETERS, domain
 from grazemap_core.errors import CoreError
 from grazemap_core.grazing.grazing_curve import steady_motion
 from grazemap_core.maps.map_settings import Conditions
@@ -116,7 +116,7 @@ def _explicit_axis(plane: Plane, stop: int) -> int | None:
 def _explicit(plane: Plane, stop: int, place: int) -> Iterator[GrazeLine]:
     """Yield the curve of a stop with the parameter of an axis as a function of that of the other one.
 
-    It is interrupted where there is no steady motion, or none that reaches the stop.
+    It is interrupted where there is no steady motion, or none that reaches the stop within the parameter's domain.
     """
     other_axis = _finer(plane.axes[1 - place])
     axis, fine = plane.axes[place]._replace(values=plane.axes[place].values[:1]), other_axis.values
@@ -132,7 +132,8 @@ def _explicit(plane: Plane, stop: int, place: int) -> Iterator[GrazeLine]:
         there = there._replace(clearance=clearance)
     other = extent._replace(conditions=there).margins()[:, 1 if stop > 0 else 0]
     admissible = ~(other < 0.0) | plane.mirrors
-    exists = np.isfinite(values)
+    least, most = domain(axis.name)
+    exists = (values >= least) & (values <= most)
     for run in np.split(np.arange(len(values)), np.flatnonzero(np.diff(exists)) + 1):
         if exists[run[0]]:
             sides = (fine[run], values[run]) if place == 1 else (values[run], fine[run])

@@ -114,7 +114,7 @@ class Runner:
         self._growth_halves = 2 * growth_periods if settings.linearised else 0
         self._size = size
         self._scratch: dict[str, Any]
-        if before is None:
+        if before is None or len(before.oscillator.forces) != harmonics:
             events = RECORDED_IMPACTS if settings.linearised or settings.early else 0
             self._scratch = {
                 "group": lanes(size, events),
@@ -477,7 +477,7 @@ def _named(
     if np.any(hidden):
         codes[hidden, :, : lane_state.HALVES_RUN], figures[hidden] = 0, np.nan
         codes[hidden, :, lane_state.REASON], codes[hidden, :, lane_state.SETTLED_AFTER] = HIDDEN_BY_ROUNDING, -1
-        codes[hidden, :, lane_state.UNVERIFIED] = RESOLVED
+        codes[hidden, :, lane_state.UNVERIFIED], codes[hidden, :, lane_state.SENSITIVE] = RESOLVED, 0
     return codes, figures
 
 

@@ -122,7 +122,10 @@ def resolution(
             work += coarse.work + fine.work
             if work > RESOLVING_WORK or fine.bits == RESOLVING_MOST_BITS:
                 return Resolution(TOO_MUCH_WORK, fine.bits, *undecided)
-            coarse, fine = start(fine.bits), start(2 * fine.bits)
+            try:
+                coarse, fine = start(fine.bits), start(2 * fine.bits)
+            except RunError as error:
+                return Resolution(str(error), 2 * fine.bits, *undecided)
             done, periods = 0, min(RESOLVING_PERIODS, max_periods)
             continue
         if fine.ended:

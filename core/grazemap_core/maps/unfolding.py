@@ -64,7 +64,8 @@ def unfolding_map_tile(
         was not computed), lyapunov_error (float64: standard error of an exponent that was measured along the
         trajectory, from its spread between windows, NaN for others), least_impact_velocity (float64; 0 with complete
         chatter, NaN without impacts or unless periodic), settled_after (int32 forcing periods; -1 unless periodic). Of
-        an ensemble also share (float64: fraction of the initial states that lead to this motion or its mirror image)
+        an ensemble also share (float64: fraction of the initial states that lead to this motion, or to its mirror
+        image between symmetric stops)
         and motions_found (int32: number of different motions that are not unresolved). A preview has no multiplier,
         lyapunov and lyapunov_error. With resolve_sensitive also resolved (bool: the motion was decided in
         multi-precision arithmetic). With `observed` also its figures (float64, [figure, vertical, horizontal]).
@@ -83,7 +84,7 @@ def unfolding_map_tile(
     if resolve_grid is not None:
         sensitive = codes[UNVERIFIED] == ROUNDING_DECIDES
         resolved = resolve_grid(runner, sensitive, codes, figures)
-    return named_arrays(codes, figures, settings, resolved)
+    return named_arrays(codes, figures, settings, plane.mirrors, resolved)
 
 
 def _resolution(settings: MapSettings, observed: Observables | None) -> Callable[..., Booleans]:
@@ -103,17 +104,18 @@ def _resolution(settings: MapSettings, observed: Observables | None) -> Callable
 
 
 def named_arrays(
-    codes: Integers, figures: Floats, settings: MapSettings, resolved: Booleans | None = None
+    codes: Integers, figures: Floats, settings: MapSettings, mirrors: bool, resolved: Booleans | None = None
 ) -> dict[str, NDArray[Any]]:
     """Return the arrays of `unfolding_map_tile` from those of the s trajectories of each point.
 
     They are codes (CODES, n, m, s) and figures (FIGURES and one per observable, n, m, s), as of `PlaneRunner.grid`.
-    `resolved` (n, m, s) are the trajectories that were decided in multi-precision arithmetic.
+    With `mirrors` the mirror image of a motion is the same motion in an ensemble. `resolved` (n, m, s) are the
+    trajectories that were decided in multi-precision arithmetic.
     """
     chosen = np.zeros(codes.shape[1:3], dtype=np.int64)
     of_ensemble: dict[str, NDArray[Any]] = {}
     if settings.is_ensemble:
-        chosen, share, motions = _most_frequent(codes)
+        chosen, share, motions = _most_frequent(codes, mirrors)
         of_ensemble = {"share": share, "motions_found": motions}
 
     def of_chosen(values: NDArray[Any]) -> NDArray[Any]:
@@ -153,12 +155,14 @@ def arrays_of(codes: Integers, figures: Floats) -> dict[str, NDArray[Any]]:
     }
 
 
-def _most_frequent(codes: Integers) -> tuple[Integers, Floats, NDArray[np.int32]]:
+def _most_frequent(codes: Integers, mirrors: bool) -> tuple[Integers, Floats, NDArray[np.int32]]:
     """Return the most frequent motion of every point; of equally frequent motions the first.
 
     Parameters
     ----------
     codes : (CODES, n, m, s)
+    mirrors : bool
+        Whether the mirror image of a motion is the same motion.
 
     Returns
     -------
@@ -171,7 +175,7 @@ def _most_frequent(codes: Integers) -> tuple[Integers, Floats, NDArray[np.int32]
     """
     reason, period, right, left, symmetric, _, sticking, growth = codes[:8]
     kind, _ = kinds_of(reason, growth, codes[UNVERIFIED])
-    few, many = np.minimum(right, left), np.maximum(right, left)  # mirror images are one motion
+    few, many = (np.minimum(right, left), np.maximum(right, left)) if mirrors else (right, left)
     n, m, s = kind.shape
     point = np.repeat(np.arange(n * m), s)
     keys = np.column_stack([point, *(key.ravel() for key in (kind, period, few, many, symmetric, sticking))])

@@ -53,7 +53,7 @@ class Oscillator:
     bias: Floats
     """(N,) Static forces."""
     units: str = "nondimensional"
-    """Either "nondimensional" or "SI". Used by `create` only; the stored numbers do not depend on it."""
+    """Either "nondimensional" or "SI": what the dampings of links were, whose decimals stand in certificates."""
     restitution_left: float | None = None
     """R of the left stop, where it is another one."""
     variants: Variants | None = None
@@ -126,8 +126,9 @@ class Oscillator:
         restitution: float,
         bias: Sequence[float] | Floats | None = None,
         restitution_left: float | None = None,
+        units: str = "nondimensional",
     ) -> Oscillator:
-        """Return an oscillator of any linear structure and contact row.
+        """Return an oscillator of any linear structure and contact row; `units` are those of `create`.
 
         Raises
         ------
@@ -143,7 +144,7 @@ class Oscillator:
                 _check_restitution(number)
         static = np.zeros(count) if bias is None else _list("bias", bias, count)
         left = None if restitution_left is None else float(restitution_left)
-        return cls(structure, row, harmonics(drive), float(restitution), static, restitution_left=left)
+        return cls(structure, row, harmonics(drive), float(restitution), static, units, left)
 
     def with_structure(self, values: Mapping[str, float]) -> Oscillator:
         """Return the oscillator with other values of parameters of its structure; all else is as it was created.

@@ -84,15 +84,12 @@ class _Rescaling:
     def frequency(self, value: Any) -> Any:
         """Return a frequency, a tuple of frequencies, or an array or a list of them as an array."""
         if self.outward:
-            frequency = np.asarray(value / self.p)
-            for internal, declared in self.declared.items():
-                frequency = np.where(value == internal, declared, frequency)
-            return frequency if isinstance(value, np.ndarray) else float(frequency)
+            outer = [self.declared.get(own, own / self.p) for own in np.ravel(value).tolist()]
+            return np.reshape(outer, value.shape) if isinstance(value, np.ndarray) else outer[0]
         if isinstance(value, tuple):
             return tuple(map(self.frequency, value))
         frequency = self.p * np.asarray(value, dtype=np.float64)
-        for end in np.ravel(value)[[0, -1]].tolist() if np.size(value) else ():
-            self.declared[self.p * end] = end
+        self.declared.update(zip(np.ravel(frequency).tolist(), np.ravel(value).tolist(), strict=True))
         return frequency if isinstance(value, np.ndarray | list) else float(frequency)
 
     def rescaled(self, value: Any) -> Any:

@@ -163,13 +163,16 @@ def highest_of_cells(peaks: Peaks) -> Integers:
 
 def roundoff(orders: Floats, amplitudes: Complexes) -> Floats:
     """Return a bound of the round-off of u for amplitudes (m, H), shape (m,)."""
-    return np.asarray(PEAK_ROUNDOFF * (np.abs(amplitudes) @ (1.0 + orders)))
+    return np.asarray(PEAK_ROUNDOFF * (np.abs(amplitudes) * (1.0 + orders)).sum(axis=1))
 
 
 def derivatives(orders: Floats, amplitudes: Complexes, phase: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return u, u' and u'' of amplitudes (m, H) at phases (m,)."""
+    """Return u, u' and u'' of amplitudes (m, H) at phases (m,).
+
+    They do not depend on the other phases, as matrix products would.
+    """
     turned = amplitudes * np.exp(1j * phase[:, None] * orders)
-    return turned.imag.sum(axis=1), turned.real @ orders, -(turned.imag @ orders**2)
+    return turned.imag.sum(axis=1), (turned.real * orders).sum(axis=1), -(turned.imag * orders**2).sum(axis=1)
 
 
 def top(
@@ -180,15 +183,17 @@ def top(
     `phase` is where the search starts.
     """
     low, high = left, right
+    settled = np.zeros(len(phase), dtype=np.bool_)
     for _ in range(PEAK_STEPS):
         _, slope, second = derivatives(orders, amplitudes, phase)
         low, high = np.where(slope > 0.0, phase, low), np.where(slope > 0.0, high, phase)
         with np.errstate(divide="ignore", invalid="ignore"):
             following = phase - slope / second
         following = np.where((following >= low) & (following <= high), following, 0.5 * (low + high))
-        moved = np.abs(following - phase)
-        phase = following
-        if np.all(moved <= 4.0 * EPSILON):
+        settles = np.abs(following - phase) <= 4.0 * EPSILON
+        phase = np.where(settled, phase, following)
+        settled |= settles
+        if np.all(settled):
             break
     height, _, second = derivatives(orders, amplitudes, phase)
     return phase, height, -second

@@ -83,7 +83,9 @@ def _arrival(search: ProofSearch, numbers: Inputs, run: Simulation, impacts: Imp
         return None
     section, turn = exact(theorem["section"]), run.system.turn * problem.turns
     last = turns = math.floor(float((run.time - section) / turn))
-    while last > 0 and _inside(problem, run.state_at(section + turn * last), last, norm, exact(size)):
+    while last > 0 and section + turn * last > run.impacts[0].time:
+        if not _inside(problem, run.state_at(section + turn * last), last, norm, exact(size)):
+            break
         last -= 1
     if last == turns:
         return None
@@ -100,10 +102,12 @@ def _ball(problem: BoundaryProblem) -> tuple[str, arb_mat]:
     norm = identity(power.nrows())
     for _ in range(SQUARINGS):
         norm, power = (norm + power.transpose() * norm * power).mid(), (power * power).mid()
-    gaps = [abs(float(gap)) for gap in run.system.gaps.values() if gap is not None]
-    clearance = math.floor(math.log10(max(gaps)))
+    length = max(abs(float(gap)) for gap in run.system.gaps.values() if gap is not None)
+    if length == 0.0:  # the stop is at the equilibrium
+        length = max(abs(float(speed)) for speed in problem.contacts(run)[2]) / float(run.system.omega)
+    largest = math.floor(math.log10(length))
     for exponent in BALL_EXPONENTS:
-        size = f"1e{clearance - exponent}"
+        size = f"1e{largest - exponent}"
         try:
             if contracts(problem, problem.centre, norm, exact(size)):
                 return size, norm

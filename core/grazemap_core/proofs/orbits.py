@@ -141,7 +141,15 @@ def prove_orbit(search: ProofSearch, request: Document) -> Iterator[Attempt]:
     statement = inputs(search, request) | {name: request[name] for name in names if name in request}
     numbers, (omega, clearance) = exact_inputs(statement), _place(request)
     impacts = starting_sequence(search, request)
-    yield Attempt(statement, "proven", orbit_theorem(search, numbers, omega, as_admitted(search, numbers, impacts)))
+    failed: Undecided | Refused | None = None
+    try:
+        theorem = orbit_theorem(search, numbers, omega, as_admitted(search, numbers, impacts))
+    except (Undecided, Refused) as reason:
+        failed = reason
+    else:
+        yield Attempt(statement, "proven", theorem)
+    if failed is not None and "phases" in statement:
+        raise failed
     if "phases" in statement:
         theorem = _only_orbit(search, numbers, statement, impacts.whole)
         yield Attempt(statement, "disproven", theorem)
@@ -151,6 +159,8 @@ def prove_orbit(search: ProofSearch, request: Document) -> Iterator[Attempt]:
             yield Attempt(statement, "proven", orbit_theorem(search, numbers, omega, other))
         except (Undecided, Refused):
             continue
+    if failed is not None:
+        raise failed
 
 
 def _only_orbit(search: ProofSearch, numbers: Inputs, statement: Document, impacts: ImpactSequence) -> Document:

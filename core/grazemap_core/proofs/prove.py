@@ -59,7 +59,7 @@ def prove(oscillator: Oscillator, request: Document, digits: int = 30) -> Proof:
 
 
 def attempts(oscillator: Oscillator, request: Document, digits: int) -> Iterator[Proof]:
-    """Yield what is known before the search, and then with more and more digits, until the statement is decided."""
+    """Yield what is known before the search, and then with more and more digits, until it is decided or given up."""
     undecided: Document = {
         "format": FORMAT,
         "statement": request,
@@ -67,7 +67,11 @@ def attempts(oscillator: Oscillator, request: Document, digits: int) -> Iterator
         "oscillator": exact_oscillator(oscillator),
     }
     yield Proof(undecided, "no attempt was completed", {})
-    machine = Machine(OSCILLATOR(undecided["oscillator"], "the oscillator"))
+    try:
+        machine = Machine(OSCILLATOR(undecided["oscillator"], "the oscillator"))
+    except Refused as reason:
+        yield Proof(undecided, str(reason), {})
+        return
     for doubling in range(DOUBLINGS):
         search = ProofSearch(oscillator, machine, digits << doubling)
         try:
@@ -75,6 +79,8 @@ def attempts(oscillator: Oscillator, request: Document, digits: int) -> Iterator
                 proof = _decided(search, undecided, request)
         except (Undecided, Refused, CoreError) as reason:
             yield Proof(undecided, f"{reason} ({search.digits} digits)", {})
+        except ZeroDivisionError:
+            yield Proof(undecided, f"a response is infinite at a frequency that was tried ({search.digits} digits)", {})
         else:
             yield proof
             return

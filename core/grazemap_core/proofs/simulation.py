@@ -69,7 +69,7 @@ class Simulation:
                     self._strike(*contact)
 
     def state_at(self, time: arb) -> Any:
-        """Return displacements and velocities at a time that is past."""
+        """Return displacements and velocities at a time that is past, after the first impact."""
         last = [impact for impact in self.impacts if impact.time < time][-1]
         state = self.system.flow(time - last.time) * last.after
         return column(state.entries()[: self.system.size])

@@ -164,11 +164,11 @@ OSCILLATOR = fields(
 )
 """M, C, K, the contact row, the forces by harmonic, and the static force."""
 
-_SIDES = {"right", "left"}
+_SIDES = ("left", "right")
 INPUTS: dict[str, Reader] = {
     "omega": either(VARIED, number),
-    "clearance": fields(dict.fromkeys(sorted(_SIDES), either(None, either(VARIED, number)))),
-    "restitution": fields(dict.fromkeys(sorted(_SIDES), either(VARIED, number))),
+    "clearance": fields(dict.fromkeys(_SIDES, either(None, either(VARIED, number)))),
+    "restitution": fields(dict.fromkeys(_SIDES, either(VARIED, number))),
 }
 BOX: dict[str, Reader] = {"phases": NUMBERS, "velocities": NUMBERS, "radius": number}
 """A box of motions: omega t at the contacts, the velocities before them, and how far a motion may be from these."""

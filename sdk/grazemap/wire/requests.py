@@ -282,7 +282,7 @@ class TrajectoriesRequest(PointRequest, ObservedRequest):
     @property
     def samples(self) -> int:
         """Number of samples of each trajectory."""
-        return self.periods * self.samples_per_period if self.times is None else len(self.times)
+        return self.periods * self.samples_per_period + 1 if self.times is None else len(self.times)
 
 
 class UnfoldingDiagramsRequest(PlaneRequest):

@@ -12,8 +12,8 @@ from grazemap.wire.oscillator import Oscillator
 from grazemap.wire.structure import ClearancePair, Row, as_pair
 
 LONGEST_PERIOD = 256
-# Round-off of a contact coordinate, relative to the sum of the moduli of its terms.
-_ROUNDING = 4.0 * 2.220446049250313e-16
+COORDINATE_ROUNDING = 2.0 * 2.0**-52
+"""Round-off of a contact coordinate, relative to the sum of the moduli of its terms; the core has the same."""
 Period = Annotated[int, Field(ge=1, le=LONGEST_PERIOD), Listable]
 Seed = Annotated[int, Field(ge=0, le=2**53), Listable]
 # Fields of several requests, each with its description.
@@ -56,7 +56,7 @@ class InitialState(Request):
         if self.displacement is not None:
             terms = [h * x for h, x in zip(oscillator.contact_row, self.displacement, strict=True)]
             several = sum(h != 0.0 for h in oscillator.contact_row) > 1
-            place, rounding = math.fsum(terms), _ROUNDING * sum(map(abs, terms)) if several else 0.0
+            place, rounding = math.fsum(terms), COORDINATE_ROUNDING * sum(map(abs, terms)) if several else 0.0
             if not -left - rounding <= place <= right + rounding:
                 raise invalid(
                     f"{'.'.join(at)}.displacement places the contact outside the stops",

@@ -266,6 +266,18 @@ def test_of_equally_frequent_motions_the_first_counts_and_unresolved_ones_only_w
     codes[lane_state.REASON] = np.where(codes[lane_state.PERIOD] == 0, NOT_CLOSED, RESOLVED)
     codes[lane_state.IMPACTS] = np.arange(4)  # does not name a motion
     figures = np.tile(np.arange(4.0), (lane_state.FIGURES, 1, len(points), 1))
-    arrays = named_arrays(codes, figures, MapSettings(policy="ensemble"))
+    arrays = named_arrays(codes, figures, MapSettings(policy="ensemble"), mirrors=True)
     named = zip(arrays["multiplier"][0], arrays["share"][0], arrays["motions_found"][0], strict=True)
     assert list(named) == list(points.values())
+
+
+@pytest.mark.parametrize(("mirrors", "share", "count"), [(True, 10 / 16, 2), (False, 6 / 16, 3)])
+def test_mirror_images_are_one_motion_only_between_symmetric_stops(mirrors: bool, share: float, count: int) -> None:
+    """Planted: five states lead to 1-1-2, five to 1-2-1, six to 1-1-1."""
+    codes = np.zeros((lane_state.CODES, 1, 1, 16), dtype=np.int64)
+    codes[lane_state.REASON], codes[lane_state.PERIOD] = RESOLVED, 1
+    codes[lane_state.RIGHT, 0, 0] = [1] * 5 + [2] * 5 + [1] * 6
+    codes[lane_state.LEFT, 0, 0] = [2] * 5 + [1] * 5 + [1] * 6
+    figures = np.zeros((lane_state.FIGURES, 1, 1, 16))
+    arrays = named_arrays(codes, figures, MapSettings(policy="ensemble"), mirrors)
+    assert (arrays["share"][0, 0], arrays["motions_found"][0, 0]) == (share, count)

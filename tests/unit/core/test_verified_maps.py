@@ -7,8 +7,9 @@ import pytest
 
 from grazemap_core import codes
 from grazemap_core.maps.kernels.lane_state import CODES, REASON, UNVERIFIED, is_captured
-from grazemap_core.maps.map_settings import MapSettings, RunSettings
+from grazemap_core.maps.map_settings import AtRest, MapSettings, RunSettings
 from grazemap_core.maps.planes import Plane, PlaneRunner
+from grazemap_core.maps.runner import Runner
 from grazemap_core.maps.unfolding import arrays_of, unfolding_map_tile
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.numerics.jit.compiled import kernel
@@ -137,6 +138,20 @@ def test_a_point_that_is_not_verified_has_a_reason() -> None:
     assert not tile["verified"].any()
     assert set(tile["reason"][named].tolist()) <= {codes.NOT_VERIFIED, codes.STICKS}
     assert all(REASONS[code] for code in tile["reason"][~tile["verified"] & (tile["kind"] != 3)].tolist())
+
+
+def test_a_trajectory_without_damping_has_nothing_of_those_before_it() -> None:
+    """It carries no error of its own, and the scratch still holds the errors of the last trajectories."""
+    undamped = Oscillator.create([1.0, 10.0, 10.0], [1.0, 5.0, 5.0], 0.0, [1.0, 0.0, 0.0], 0.6)
+    settings, clearances = RunSettings(200, 16), np.linspace(0.3, 1.0, 12)
+    before = Runner(DEFAULT, settings)
+    before.run(before.at(0.9), np.linspace(0.05, 0.3, 64), AtRest())
+    outcomes = [
+        runner.run(runner.at(0.9), clearances, AtRest())
+        for runner in (Runner(undamped, settings, before), Runner(undamped, settings))
+    ]
+    for ours, alone in zip(*outcomes, strict=True):
+        np.testing.assert_array_equal(ours, alone)
 
 
 def test_a_motion_that_is_named_at_the_end_is_not_verified() -> None:

@@ -110,7 +110,7 @@ def _general(oscillator: Oscillator) -> CoreOscillator:
     right, left = (restitution, None) if isinstance(restitution, float) else (restitution.right, restitution.left)
     same = left is None or left == right
     return CoreOscillator.of_structure(
-        structure, oscillator.contact_row, parts, right, oscillator.bias, None if same else left
+        structure, oscillator.contact_row, parts, right, oscillator.bias, None if same else left, oscillator.units
     )
 
 

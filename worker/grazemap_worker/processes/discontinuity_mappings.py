@@ -67,6 +67,8 @@ def compute(request: DiscontinuityMappingsRequest, report: Report) -> ClassDocum
     largest = largest_overshoot(point)
     if np.any(overshoot > largest):
         raise ParameterError("overshoot", f"must be at most {largest:.6g}, the end of the mapping's domain")
+    if np.any(overshoot >= point.amplitude):
+        raise ParameterError("overshoot", f"must be below {point.amplitude:.6g}, the amplitude of the grazing motion")
     sequence = recurrence_sequence(point, request.returns)
     omegas, relative_overshoot = np.full(len(overshoot), request.omega), overshoot / point.amplitude
     contact = next_contact(oscillator, omegas, relative_overshoot, request.returns, varied)

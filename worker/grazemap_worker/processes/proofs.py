@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from typing import Any
 
 from grazemap import results
@@ -35,8 +36,9 @@ def compute(request: ProofsRequest, report: Report) -> ClassDocument:
         ) from None
 
     oscillator, limit = core_oscillator(request.oscillator), request.time_limit
-    steps, ended = run_limited(limit, lambda: attempts(oscillator, statement(request), request.digits))
-    proof = steps[-1]
+    search = partial(attempts, oscillator, statement(request), request.digits)
+    steps, ended = run_limited(limit, search)
+    proof = steps[-1] if steps else next(search())  # the limit may end before the first step
     reason = f"the limit of {limit:g} s of processor time is reached" if ended else proof.reason
     return document_of(
         results.Proof,

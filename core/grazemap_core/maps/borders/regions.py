@@ -12,6 +12,7 @@ import itertools
 import math
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import field
 from functools import cached_property
 from typing import Final
@@ -22,7 +23,7 @@ from grazemap_core.arrays import Booleans, Floats, Integers
 from grazemap_core.contact.kernels.stops import Stops
 from grazemap_core.continuation.parameters import PARAMETERS
 from grazemap_core.continuation.point_equations import PointEquations
-from grazemap_core.errors import ParameterError
+from grazemap_core.errors import ConditioningError, ParameterError, SteadyMotionError
 from grazemap_core.grazing.one_impact_family import Pattern
 from grazemap_core.maps.borders.motion_grid import GridPoint, MotionGrid, MotionName
 from grazemap_core.maps.kernels.lane_state import SETTLED_AFTER
@@ -124,7 +125,8 @@ class Region:
         """Solve for the orbits at points, each from its own guess.
 
         An orbit is accepted (`fine`) if it is stable, admissible, not of a shorter period, and, where mirror images
-        have one name, not symmetric unless the region's orbits are.
+        have one name, not symmetric unless the region's orbits are. None is accepted where the equations have none, as
+        without damping.
         """
         plane = self.grid.plane
         rows, columns = np.array(points).T
@@ -134,8 +136,9 @@ class Region:
         shared = tuple(name for name in plane.names if name in PARAMETERS and name not in _OF_GAPS)
         for group in plane.groups(rows, columns, shared):
             members = group.tolist()
-            orbits = self._solve([points[k] for k in members], [guesses[k] for k in members])
-            phases[group], velocities[group], fine[group] = orbits
+            with suppress(SteadyMotionError, ConditioningError):
+                orbits = self._solve([points[k] for k in members], [guesses[k] for k in members])
+                phases[group], velocities[group], fine[group] = orbits
         return SolvedOrbits(phases, velocities, fine)
 
     def _solve(self, points: Sequence[GridPoint], guesses: Sequence[tuple[Floats, Floats]]) -> SolvedOrbits:
@@ -183,20 +186,16 @@ class Regions:
         self._points = max(1, int(np.count_nonzero(self._solvable[grid.name_index])))
 
     def find(self) -> None:
-        """Find all regions.
-
-        Raises
-        ------
-        ParameterError, SteadyMotionError, ConditioningError
-            As for `OrbitFamily.of`.
-        """
+        """Find all regions; a point whose orbits have no equations, as without damping, is in none."""
         for index in np.flatnonzero(self._solvable[:-1]).tolist():
             left = self.grid.name_index == index
             for row, column in np.argwhere(left).tolist():
                 if not left[row, column]:
                     continue
                 self._report_done(1)
-                region = self._begun((row, column), self.grid.names[index])
+                region = None
+                with suppress(SteadyMotionError, ConditioningError):
+                    region = self._begun((row, column), self.grid.names[index])
                 if region is not None:
                     self.items.append(region)
                     self._grow(region, (row, column), left)

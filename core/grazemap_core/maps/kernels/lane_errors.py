@@ -73,9 +73,10 @@ def lane_errors(masses: int) -> LaneErrors:
 
 @kernel
 def forget_error(errors: LaneErrors, lane: int) -> None:
-    """Set the error of a lane's state to 0; `begin_error` has to follow, which carries the errors of later times."""
+    """Set the error of a lane's state to 0; where it is to be carried, `begin_error` has to follow."""
     errors.square[lane] = 0.0
     errors.sensitive[lane] = 0
+    errors.growth[lane] = 1.0
 
 
 @kernel

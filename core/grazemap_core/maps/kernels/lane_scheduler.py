@@ -161,9 +161,9 @@ def _start_trajectories(engine: Engine, column: Column, k: int, queued: int, use
                 start_lane_on_stop(group, lane, problem, stops, u, stop)
             else:
                 start_lane(group, lane, problem, stops, u)
+            if not inherits:
+                forget_error(column.tangents.errors, lane)
             if model.blocks.verifiable:
-                if not inherits:
-                    forget_error(column.tangents.errors, lane)
                 begin_error(problem.frequency, column.tangents.errors, lane)
                 watch_passages(group, column.tangents.errors, lane)
             begin_record(column, lane, queued, k)

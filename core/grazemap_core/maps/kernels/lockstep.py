@@ -27,7 +27,6 @@ from __future__ import annotations
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.contact.kernels import runs
 from grazemap_core.contact.kernels.cells import (
-    begin_half_period,
     contact_acceleration_of,
     contact_motion,
     reach_from,
@@ -505,7 +504,9 @@ def _run_by_itself(engine: Engine, lane: int, step: CellStep) -> None:
         and (cell + 1 == problem.cells or cell + 1 == problem.cells // 2)
     ):
         write_free_state(forced, stops, run, cell + 1, 0.0)
-        begin_half_period(problem, u, half)  # back from the reference motion of the next half period
+        for j in range(problem.half_jump.shape[1]):  # back from the reference motion of the next half period
+            u[j, 0] -= problem.half_jump[half % 2, j, 0]
+            u[j, 1] -= problem.half_jump[half % 2, j, 1]
     _copy_back(engine, lane, step, status)
 
 

@@ -77,7 +77,8 @@ def _gaps_of_factor(varied: VariedFactor, stop: int, place: float) -> MovedGaps:
     if varied.name == "bias":
         if place == 0.0:
             raise ParameterError("bias", "does not move the contact, so the motions do not depend on it")
-        return MovedGaps(StopGap(struck + beside, -1.0), lambda gap: (struck - gap) / (stop * place))
+        moved = ABSENT if np.isinf(beside) else StopGap(struck + beside, -1.0)
+        return MovedGaps(moved, lambda gap: (struck - gap) / (stop * place))
     gap, other = struck - stop * place, beside + stop * place
     if gap == 0.0:
         raise ParameterError("clearance", "leaves no gap to the equilibrium, which no force changes")
