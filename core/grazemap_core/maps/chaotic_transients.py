@@ -51,8 +51,7 @@ class ChanceToSettle:
     chaotic: int
     """Number of chaotic motions."""
     sampled: int
-    """Number of motions in the sample, without trajectories that ended early, and without points of an adaptive map
-    that are not chaotic."""
+    """Number of motions in the sample, without trajectories that ended early."""
     settled: int
     """Number of motions of the sample that became periodic."""
     chance: float
@@ -229,7 +228,7 @@ def _longer_runs(watched: int, max_period: int) -> RunSettings:
 def _chance(chaotic: int, watched: int, codes: Integers) -> ChanceToSettle:
     """Return the chance of chaotic motions from codes (k, r, CODES) of k sampled ones, each in r consecutive runs."""
     halves = 2 * RUN_ON * watched // codes.shape[1]
-    outcomes = [outcome for outcome in (_outcome(runs, halves, 2 * watched) for runs in codes) if outcome is not None]
+    outcomes = [outcome for outcome in (_outcome(runs, halves) for runs in codes) if outcome is not None]
     sampled, settled = len(outcomes), sum(outcomes)
     low, high = interval(settled, sampled)
     return ChanceToSettle(
@@ -244,14 +243,11 @@ def _chance(chaotic: int, watched: int, codes: Integers) -> ChanceToSettle:
     )
 
 
-def _outcome(codes: Integers, halves: int, watched: int) -> bool | None:
+def _outcome(codes: Integers, halves: int) -> bool | None:
     """Return whether a trajectory settles in one of its consecutive runs (r, CODES) of so many half periods.
 
-    None if a run ends early, or if the trajectory settles within the half periods `watched`: then it was not chaotic,
-    and the adaptive map has only inferred that it is.
+    None if one ends early.
     """
-    if codes[0, REASON] == RESOLVED and codes[0, HALVES_RUN] <= watched:
-        return None
     for run in codes:
         if run[REASON] == RESOLVED:
             return True

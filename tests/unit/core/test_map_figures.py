@@ -276,8 +276,8 @@ def test_mirror_images_are_one_motion_only_between_symmetric_stops(mirrors: bool
     """Planted: five states lead to 1-1-2, five to 1-2-1, six to 1-1-1."""
     codes = np.zeros((lane_state.CODES, 1, 1, 16), dtype=np.int64)
     codes[lane_state.REASON], codes[lane_state.PERIOD] = RESOLVED, 1
-    codes[lane_state.RIGHT, 0, 0] = [1] * 5 + [2] * 5 + [1] * 6
-    codes[lane_state.LEFT, 0, 0] = [2] * 5 + [1] * 5 + [1] * 6
+    codes[lane_state.IMPACTS_RIGHT, 0, 0] = [1] * 5 + [2] * 5 + [1] * 6
+    codes[lane_state.IMPACTS_LEFT, 0, 0] = [2] * 5 + [1] * 5 + [1] * 6
     figures = np.zeros((lane_state.FIGURES, 1, 1, 16))
     arrays = named_arrays(codes, figures, MapSettings(policy="ensemble"), mirrors)
     assert (arrays["share"][0, 0], arrays["motions_found"][0, 0]) == (share, count)
