@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from grazemap_core.continuation.branches import orbit_branch
 from grazemap_core.model.drive import force
 from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.matrices import Matrices
-from grazemap_core.model.oscillator import Oscillator
+from grazemap_core.model.oscillator import Oscillator, Variants
 from grazemap_core.orbits.family import OrbitFamily
 from grazemap_core.orbits.impact_sequences import ImpactSequence
 from grazemap_core.orbits.periodic_orbits import at_point, periodic_orbit
@@ -248,6 +249,34 @@ def test_a_motion_that_contact_does_not_see_keeps_its_multipliers() -> None:
     orbit = orbit_with(oscillator, 1.2, (0.4, None), 1, [1])
     assert orbit.multipliers.shape == (4,)
     assert mismatch(orbit.multipliers, tangent_flow(oscillator, orbit).multipliers) < 1e-10
+
+
+def test_a_branch_does_not_depend_on_a_motion_that_contact_does_not_see() -> None:
+    """Contact between two equal masses is that of one mass of the modal stiffness with the difference of the forces."""
+    structure = Matrices.create(np.eye(2), [[2.0, -1.0], [-1.0, 2.0]], [[0.2, -0.1], [-0.1, 0.2]])
+    pair = Oscillator.of_structure(structure, [1.0, -1.0], [force(1, np.array([1.0, 0.3]))], 0.7)
+    alone = Oscillator.of_structure(Matrices.create([[1.0]], [[3.0]], [[0.3]]), [1.0], [force(1, np.array([0.7]))], 0.7)
+    of_both = []
+    for oscillator in (pair, alone):
+        orbit = orbit_with(oscillator, 1.2, (0.35, None), 1, [1])
+        of_both.append(orbit_branch(oscillator, orbit, 0.3, 0.45, "clearance_right").special_points)
+    assert len(of_both[0]) == len(of_both[1]) > 0
+    for point, other in zip(*of_both, strict=True):
+        assert (point.type, point.admissible) == (other.type, other.admissible)
+        assert point.values.clearance_right == pytest.approx(other.values.clearance_right, rel=1e-12)
+
+
+@pytest.mark.parametrize("start", [0.0, 0.05])
+def test_a_branch_over_the_damping_of_one_link_reaches_zero(start: float) -> None:
+    def chain(damping: float) -> Oscillator:
+        return Oscillator.create([1.0, 1.0], [1.0, 1.0], [damping, 0.1], [1.0, 0.0], 0.7)
+
+    variants = Variants({"dampings[1]": start}, lambda values: chain(values["dampings[1]"]))
+    oscillator = dataclasses.replace(chain(start), variants=variants)
+    orbit = orbit_with(oscillator, 0.9, (0.4, None), 1, [1])
+    branch = orbit_branch(oscillator, orbit, 0.0, 0.1, "dampings[1]")
+    assert branch.values.min() == pytest.approx(0.0, abs=1e-9)
+    assert branch.values.max() == pytest.approx(0.1, rel=1e-9)
 
 
 @pytest.mark.parametrize(

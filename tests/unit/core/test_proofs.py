@@ -16,6 +16,7 @@ from grazemap_core.model.matrices import Matrices
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.proofs.certificates import exact_oscillator
 from grazemap_core.proofs.prove import prove
+from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.general_oracle import GeneralOracle
 from tests.support.oscillators import DEFAULT
 from tests.support.thorough import the_first
@@ -270,6 +271,42 @@ def test_certificates_of_another_general_system_are_refused(general, name, chang
 )
 def test_false_theorems_on_a_general_system_are_refused(general, part, change):
     assert not check(with_part(general.certificate, part, change)).accepted
+
+
+BOUNCING = Oscillator.create([1.0], [1.0], 0.05, [1.0], 0.6)
+ASIDE = {"displacement": ["-0.5"], "velocity": ["0.0"], "phase": "0.0"}
+
+
+def test_a_mass_that_bounces_on_a_stop_at_its_equilibrium_is_attracted():
+    proof = prove(BOUNCING, {"kind": "attraction", "omega": "1.5", "clearance": {"right": "0", "left": None}} | ASIDE)
+    assert verdict(proof) == "proven", proof.reason
+
+
+def test_a_trajectory_that_begins_within_the_ball_of_its_orbit_is_attracted():
+    settled = trajectory(BOUNCING, 0.8, (1.0, None), [0.0], [0.0], transient_periods=400, periods=1)
+    where = int(np.searchsorted(settled.time, settled.impacts.time[0])) + 3  # soon after its impact
+    phase = 0.8 * settled.time[where]
+    state = {
+        "displacement": [repr(float(settled.displacement[0, where]))],
+        "velocity": [repr(float(settled.velocity[0, where]))],
+        "phase": repr(float(phase % (2.0 * np.pi))),
+    }
+    proof = prove(BOUNCING, {"kind": "attraction", "omega": "0.8", "clearance": {"right": "1", "left": None}} | state)
+    assert verdict(proof) == "proven", proof.reason
+
+
+def test_a_range_with_an_undamped_resonance_is_undecided():
+    undamped = Oscillator.create([1.0], [1.0], 0.0, [1.0], 0.6)
+    proof = prove(undamped, {"kind": "codimension-two", "type": "h", "order": 2, "range": ["0.5", "1.5"], "stop": 1})
+    assert proof.certificate["verdict"] == "undecided"
+    assert "infinite" in proof.reason
+
+
+def test_more_masses_than_the_checker_takes_are_undecided():
+    many = Oscillator.create([1.0] * 65, [1.0] * 65, 0.05, [1.0] + [0.0] * 64, 0.6)
+    proof = prove(many, {"kind": "codimension-two", "type": "g", "order": 2, "range": ["0.5", "1.5"], "stop": 1})
+    assert proof.certificate["verdict"] == "undecided"
+    assert "64" in proof.reason
 
 
 def test_chatter_is_undecided():

@@ -11,7 +11,7 @@ from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.maps.basin_fractions import from_rest
 from grazemap_core.maps.basins import Coordinate, initial_states, run_states
 from grazemap_core.maps.kernels.lane_state import CODES, FIGURES, HALVES_RUN, IMPACTS, REASON, UNVERIFIED
-from grazemap_core.maps.map_settings import RunSettings, random_starts
+from grazemap_core.maps.map_settings import AtRest, Conditions, RunSettings, random_starts
 from grazemap_core.maps.planes import Axis, Plane, PlaneRunner
 from grazemap_core.maps.runner import Runner
 from grazemap_core.maps.sensitive_points import Resolution, Resolver, resolve_grid
@@ -157,3 +157,18 @@ def test_a_sweep_that_goes_on_later_is_the_one_that_was_not_left(by_kernels, mon
     second, second_figures, _ = runner.sweep(down[2:], 0, end)
     np.testing.assert_array_equal(np.concatenate([first, second]), whole)
     np.testing.assert_array_equal(np.concatenate([first_figures, second_figures]), whole_figures)
+
+
+@pytest.mark.parametrize("order", [2, 3])
+def test_a_contact_that_rests_when_a_sweep_goes_on_has_the_state_of_its_trajectory(order: int) -> None:
+    """The second harmonic is in resonance with the first mode, in which the free structure hardly loses energy."""
+    chain = Oscillator.create([1.0, 1.0], [1.0, 1.0], 1e-4, [0.0, 0.0], 0.5).structure
+    drive = [force(1, np.array([0.1, 0.0])), force(order, np.array([0.0, 0.05]))]
+    pressed = Oscillator.of_structure(chain, [1.0, 0.0], drive, 0.5, [3.0, 0.0])
+    omega, clearance = 0.6186 / order, np.array([[1.0, np.inf]])
+    runner = Runner(pressed, RunSettings(3, 2, early=False, linearised=False, follow=True))
+    forced = runner.at(omega)
+    runner.run(forced, clearance, AtRest())
+    state = runner.final_state(forced, Conditions.of(pressed, clearance))
+    final = trajectory(pressed, omega, (1.0, None), periods=3).final
+    np.testing.assert_allclose(state, [final.displacement, final.velocity], atol=1e-13)
