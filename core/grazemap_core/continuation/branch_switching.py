@@ -2,7 +2,7 @@
 
 At a PD the other branch has twice the period; at an SB it is one of the pair of motions that are not symmetric; at a GR
 its orbits have one impact more, or less. Where a branch ends on another branch, the switch leads to that branch. SN and
-NS have no other branch (theory, "Beyond a special point").
+NS have no other branch (theory, "Any impacting orbit").
 """
 
 from __future__ import annotations
@@ -88,7 +88,8 @@ def merged(impacts: ImpactSequence, mirrored: bool = True) -> ImpactSequence | N
     if least < impacts.period:
         whole = impacts.whole
         count = len(whole.stops) * least // impacts.period
-        return ImpactSequence(least, whole.stops[:count], whole.phases[:count], whole.velocities[:count])
+        parts = (part[:count] for part in (whole.stops, whole.phases, whole.velocities))
+        return ImpactSequence(least, *parts, divisor=whole.divisor)
     return impacts.half() if mirrored and not impacts.symmetric and impacts.mirrors(MERGED_ORBITS) else None
 
 

@@ -12,5 +12,5 @@ that leave them, the discontinuity mapping of a grazing point, and the Poincare 
 - `one_impact_family`: periodic sums of the impulse response for motions with one impact per period.
 - `discontinuity_mapping`: the discontinuity mapping, to leading order and exact.
 - `poincare_map`: the Poincare map of a grazing motion, its Jacobians, and its comparison with simulation.
-- `kernels`: root isolation, and further contacts of orbits with one impact.
+- `kernels`: root isolation.
 """

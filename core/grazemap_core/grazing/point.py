@@ -1,7 +1,7 @@
 """A grazing point of the steady motion, and deviations from it.
 
 The point is the paper's state vector (20), with the vector field there and the two coefficients of the discontinuity
-mapping (27), for any structure and contact coordinate ``q = h^T x`` (theory, "Any linear structure").
+mapping (27), for any structure and contact coordinate ``q = h^T x`` (theory, "The discontinuity mapping").
 
 States near the point are represented by their *deviations* from it, because differences of states would lose digits: an
 overshoot of 1e-12 of the clearance has four digits in a displacement, and all of them in a deviation.

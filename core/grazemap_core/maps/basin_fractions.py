@@ -6,10 +6,10 @@ The same states are run at every value of the parameter. `fraction_tile` finds t
 An attractor keeps its number from value to value while it keeps its name: the kind of the motion, its period, its
 impacts, whether it is symmetric and whether it rests on a stop. Several attractors of one name are matched with those
 seen before, each where it was found last, such that the sum of the squared distances between their means is minimal
-(Datseris, Rossi & Wagemakers match by distances). The means are those of the contact coordinate and of its rate at the
-initial phase of the forcing, in units of the clearance and of omega times the clearance. An attractor without a match
-has a new number. So a period doubling begins new numbers, and a number does not say that two motions are on one branch:
-that is a question for continuation.
+(Datseris, Rossi & Wagemakers match by distances). The means are those of the contact coordinate, measured from the
+steady motion, and of its rate at the initial phase of the forcing, in units of the clearance and of omega times the
+clearance. An attractor without a match has a new number. So a period doubling begins new numbers, and a number does not
+say that two motions are on one branch: that is a question for continuation.
 
 References
 ----------

@@ -31,7 +31,7 @@ class RunSettings(NamedTuple):
     """Whether exponents of motions that are not periodic are computed, and multipliers of those that are not
     verified."""
     follow: bool = False
-    """Whether a trajectory starts at the final state of the trajectory at the previous clearance."""
+    """Whether a trajectory starts at the final state of the trajectory before it in the sweep."""
     starts: Floats | None = None
     """(s, 2, N) Of a map: the random states of `AboutMiddle`, velocities in clearances times omega; at rest when
     None."""

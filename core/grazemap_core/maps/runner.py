@@ -487,7 +487,7 @@ def shared_model(model: LaneModel) -> LaneModels:
 
 
 def _preload(gaps: Floats) -> tuple[Floats, Integers]:
-    """Return `offset` and `on_stop` of `ColumnTask`: trajectories from rest begin held by a preloaded stop."""
+    """Return `offset` and `on_stop` of `ColumnStarts`: trajectories from rest begin held by a preloaded stop."""
     preloaded = gaps < 0.0
     offset = np.where(preloaded[:, 0], gaps[:, 0], np.where(preloaded[:, 1], -gaps[:, 1], 0.0))
     return offset, preloaded[:, 0].astype(np.int64) - preloaded[:, 1]

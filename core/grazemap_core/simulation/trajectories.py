@@ -67,7 +67,7 @@ class Trajectory:
     motion: Motion
     """Unresolved, with the reason, if the trajectory ended early; the arrays then end there too."""
     final: State | None
-    """State at the end of the record, with the phase in (-pi/p, pi/p]: a trajectory from it continues this one. During
+    """State at the end of the record, with the phase in [-pi/p, pi/p]: a trajectory from it continues this one. During
     the summed impacts before a rest it is the state at rest. None if the trajectory ended before the record began, or
     if a number is not finite."""
     record: Record

@@ -30,7 +30,7 @@ NOT_FINITE = 3
 RECORD_FULL = 100
 """The record of events is full; the state is back at the start of the half period."""
 AT_STOP = 4
-"""The contact is on a stop and may come to rest, or rests; `sticking.rest_in_cell` continues."""
+"""The contact is on a stop and may come to rest, or rests; `half_period.rest_in_cell` continues."""
 
 # entries of `cursor`
 ANCHOR = 0

@@ -119,7 +119,7 @@ class MapBorders:
     curves: tuple[BorderCurve, ...]
     """The curves that explain borders."""
     without_orbit: Booleans
-    """(n, m) Points with a periodic motion with impacts whose orbit was not found, except those that rest on a stop."""
+    """(n, m) Points with a periodic motion with impacts whose orbit was not found; motions that rest are among them."""
     irregular_pairs: int
     """Pairs of two points that are not periodic, of different kinds; not among the p."""
 

@@ -6,8 +6,8 @@ the stop: no guess is needed. With the impact at the phase t0 on the right stop,
     v = q_f'(t0)/D,    gap = q_f(t0) - c v,    D = 1 + (1 + R) H'(1), c = (1 + R) H(1)
 
 where q_f is the steady motion and H the periodic sums of `grazing.one_impact_family`. On the left stop q is -q. Every
-condition on the phase is a trigonometric polynomial, of the degree of the highest harmonic (theory, "Any linear
-structure"). Whether an orbit meets a stop a second time is decided in `special_orbits`.
+condition on the phase is a trigonometric polynomial, of the degree of the highest harmonic (theory, "One impact a
+period"). Whether an orbit meets a stop a second time is decided in `special_orbits`.
 """
 
 from __future__ import annotations
