@@ -88,8 +88,8 @@ def merged(impacts: ImpactSequence, mirrored: bool = True) -> ImpactSequence | N
     if least < impacts.period:
         whole = impacts.whole
         count = len(whole.stops) * least // impacts.period
-        parts = (part[:count] for part in (whole.stops, whole.phases, whole.velocities))
-        return ImpactSequence(least, *parts, divisor=whole.divisor)
+        first = whole.stops[:count], whole.phases[:count], whole.velocities[:count]
+        return ImpactSequence(least, *first, divisor=whole.divisor)
     return impacts.half() if mirrored and not impacts.symmetric and impacts.mirrors(MERGED_ORBITS) else None
 
 
