@@ -281,8 +281,8 @@ class TrajectoriesRequest(PointRequest, ObservedRequest):
 
     @property
     def samples(self) -> int:
-        """Number of samples of each trajectory."""
-        return self.periods * self.samples_per_period + 1 if self.times is None else len(self.times)
+        """Number of samples of each trajectory, without the one at its end."""
+        return self.periods * self.samples_per_period if self.times is None else len(self.times)
 
 
 class UnfoldingDiagramsRequest(PlaneRequest):
