@@ -8,11 +8,32 @@ from flint import arb
 from numpy.typing import NDArray
 
 from grazemap_core.codes import ROUNDING_DECIDES
-from grazemap_core.contact.kernels.runs import EVENT_COUNT, HALF, MIN_GAP, MIN_SPEED, OK, TIME, VELOCITY, new_run
+from grazemap_core.contact.kernels.cells import reference_at
+from grazemap_core.contact.kernels.runs import (
+    CHATTER,
+    EVENT_COLUMNS,
+    EVENT_COUNT,
+    HALF,
+    IMPACT,
+    KIND,
+    MIN_GAP,
+    MIN_SPEED,
+    OK,
+    STOP,
+    TIME,
+    VELOCITY,
+    new_run,
+)
 from grazemap_core.maps.kernels.first_pass import LANE_BLOCK
 from grazemap_core.maps.kernels.lane_errors import begin_error, forget_error
 from grazemap_core.maps.kernels.lane_tables import SHARED_TABLES, LaneModel, lane_tables
-from grazemap_core.maps.kernels.lane_tangents import carry_changes, count_impacts, lane_tangents, save_lane_starts
+from grazemap_core.maps.kernels.lane_tangents import (
+    carry_changes,
+    count_impacts,
+    lane_tangents,
+    save_lane_starts,
+    steepest_in_run,
+)
 from grazemap_core.maps.kernels.lanes import lanes, start_lane
 from grazemap_core.maps.kernels.lockstep import Engine, run_half
 from grazemap_core.maps.map_settings import MapSettings
@@ -149,3 +170,27 @@ def test_where_the_next_double_has_another_motion_neither_is_verified(policy: st
             checked += 1
             assert not pair["verified"].any()
     assert checked > 0
+
+
+def test_where_the_contact_rests_impacts_that_press_it_against_the_stop_do_not_count() -> None:
+    forced = forced_oscillator(DEFAULT, 0.29, 1.6)
+    problem = begin(forced, initial_state(forced, None, None, 0.0)).forced.free
+    time, state = 0.3 * 2.0 * np.pi / 0.29, np.zeros((3, 2))  # as in the steady motion
+    acceleration = float(reference_at(problem, 0, time)[2])
+    away = -1.0 if acceleration > 0.0 else 1.0
+    run = new_run(3, 1, 4)
+    for row, (stop, velocity, kind) in enumerate(
+        [(away, 0.1, IMPACT), (-away, 0.02, IMPACT), (away, 0.2, IMPACT), (-away, 0.01, CHATTER)]
+    ):
+        run.events[row, [TIME, STOP, VELOCITY, KIND]] = time, stop, stop * velocity, kind
+        run.events[row, EVENT_COLUMNS:] = state.ravel()
+
+    def steepest(rows: int, rests: bool) -> float:
+        run.cursor[EVENT_COUNT] = rows
+        return steepest_in_run(problem, run, 0, rests)
+
+    assert steepest(4, True) == pytest.approx(2.0 * abs(acceleration) / 0.1**2, rel=1e-14)
+    assert steepest(3, False) == pytest.approx(2.0 * abs(acceleration) / 0.02**2, rel=1e-14)
+    assert steepest(4, False) == np.inf
+    run.events[2, VELOCITY] = 0.0
+    assert steepest(3, True) == np.inf

@@ -19,11 +19,14 @@ import numpy as np
 
 from grazemap_core.arrays import Floats, Integers
 from grazemap_core.codes import GROWTH_UNDECIDED
-from grazemap_core.contact.kernels.cells import CellProblem
+from grazemap_core.contact.kernels.cells import CellProblem, contact_acceleration_of, reference_at
 from grazemap_core.contact.kernels.runs import (
+    EVENT_COLUMNS,
     EVENT_COUNT,
     HELD_LEFT,
     HELD_RIGHT,
+    IMPACT,
+    KIND,
     OK,
     STOP,
     TIME,
@@ -387,8 +390,6 @@ def _carry_by_itself(engine: Engine, tangents: LaneTangents, lane: int, half: in
     if impacts != NOT_ALL:
         first = tangents.contacts.cursor[lane, EVENT_COUNT]
         steepest = steepest_impact(group.events[lane][first : first + impacts])
-    elif group.tally[HELD_RIGHT, lane] + group.tally[HELD_LEFT, lane] == 0.0:
-        steepest = np.inf  # a graze, or too many impacts; before a rest a chatter leads to it in any case
     if _carry_alone(engine, tangents, lane, half, errors.changes[lane], errors.elapsed[lane]) != OK:
         if errors.carried[lane] != 0:
             lose_error(errors, lane)
@@ -396,10 +397,39 @@ def _carry_by_itself(engine: Engine, tangents: LaneTangents, lane: int, half: in
             tangents.carried[lane] = LOST
         return
     errors.elapsed[lane] = 0.0
-    square = _make_orthonormal(record_of(engine.models, lane).forced.free.frequency, tangents, lane)
+    problem = record_of(engine.models, lane).forced.free
+    if impacts == NOT_ALL:
+        rests = group.tally[HELD_RIGHT, lane] + group.tally[HELD_LEFT, lane] != 0.0
+        steepest = steepest_in_run(problem, tangents.run, half, rests)
+    square = _make_orthonormal(problem.frequency, tangents, lane)
     if errors.carried[lane] != 0:
         carry_error(group, errors, lane, square, steepest, steepest)
     _enter_growth(engine, tangents, lane, half, skipped)
+
+
+@kernel
+def steepest_in_run(problem: CellProblem, run: Run, half: int, rests: bool) -> float:
+    """Return the largest 2 |a|/v^2 of the impacts of a half period that was run alone.
+
+    Where the contact rests, impacts that press it against the stop do not count, as those of the chatter before the
+    rest: they cannot vanish.
+    """
+    first_cell, steepest = half % 2 * (problem.cells // 2), 0.0
+    for row in range(run.cursor[EVENT_COUNT]):
+        velocity = run.events[row, VELOCITY]
+        if run.events[row, KIND] != IMPACT:
+            if not rests:
+                return np.inf
+            continue
+        after = run.events[row, EVENT_COLUMNS:].reshape(run.u.shape)
+        _, _, reference = reference_at(problem, first_cell, run.events[row, TIME])
+        toward = run.events[row, STOP] * contact_acceleration_of(problem, after, reference)
+        if rests and toward > 0.0:
+            continue
+        if velocity == 0.0:
+            return np.inf
+        steepest = max(steepest, 2.0 * abs(toward) / velocity**2)
+    return steepest
 
 
 @kernel
