@@ -272,8 +272,9 @@ async def _compute(
 
 async def _read(connection: AsyncConnection, data: bytes) -> Result:
     """Return the result in npz, and issue its notes."""
-    result = messages.announced(await connection.work(decode_result, data))
-    return result.of_service(connection.settings.base_url)
+    result = await connection.work(decode_result, data, connection.settings.base_url)
+    messages.announce(result)
+    return result
 
 
 async def _decoded(connection: AsyncConnection, job_id: str, response: httpx2.Response) -> Result:

@@ -77,16 +77,17 @@ def result_of(request: ProcessRequest, outcome: bytes | Problem) -> Result:
         job_id = canonical_id(process, canonical, __version__)
         require_success(Job(id=job_id, process=process, request=canonical, status="failed", problem=outcome))
     assert isinstance(outcome, bytes)
-    return announced(decode_result(outcome))
+    result = decode_result(outcome)
+    announce(result)
+    return result
 
 
-def announced(result: Result) -> Result:
-    """Return a result, and issue the note that other motions were seen at its point, which its request has not.
+def announce(result: Result) -> None:
+    """Issue the note of a result that other motions were seen at its point, which its request has not.
 
     Many maps have such points: their note stands in `notes`, and their summary has the numbers.
     """
     warn_about([note for note in result.notes if note.code == OTHER_MOTIONS])
-    return result
 
 
 def is_lost(error: NotFound) -> bool:

@@ -116,9 +116,12 @@ class Result(Record):
         cls.__signature__ = Signature()
 
     @classmethod
-    def from_document(cls, document: Document, meta: dict[str, Any]) -> Self:
-        """Return the result that a document of the codec describes. Raises KeyError where a field is missing."""
-        return cls(meta=meta, _document=document, **cls._attributes(document, meta))
+    def from_document(cls, document: Document, meta: dict[str, Any], service: str | None = None) -> Self:
+        """Return the result that a document of the codec describes. Raises KeyError where a field is missing.
+
+        `service` is the address of the service that has it.
+        """
+        return cls(meta=meta, _document=document, _service=service, **cls._attributes(document, meta))
 
     @classmethod
     def _attributes(cls, document: Document, meta: dict[str, Any]) -> dict[str, Any]:
@@ -167,10 +170,6 @@ class Result(Record):
     def notes(self) -> list[Note]:
         """Notes on what is probably not meant in the request, for example a window off the grazing curve."""
         return [Note.model_validate(note) for note in self.meta.get("notes", [])]
-
-    def of_service(self, base_url: str) -> Self:
-        """Return the result as that of the service at an address, as clients do."""
-        return changed(self, _service=base_url)
 
     def save(self, path: str | os.PathLike[str], table: str | None = None, *, engineering_units: bool = False) -> Path:
         """Write the result, or a table of it, to a file, and return its path.
@@ -300,13 +299,13 @@ def load(path: str | os.PathLike[str]) -> Result:
         raise ResultFormatError(f"{os.fspath(path)}: {error}") from error
 
 
-def decode_result(data: bytes) -> Result:
-    """Return the result object of npz bytes. Raises ResultFormatError."""
+def decode_result(data: bytes, service: str | None = None) -> Result:
+    """Return the result object of npz bytes, from the service at an address. Raises ResultFormatError."""
     try:
         document, meta = decode_npz(data)
     except CodecError as error:
         raise ResultFormatError(str(error)) from error
-    return _result_from(document, meta)
+    return _result_from(document, meta, service)
 
 
 def _decode_json(data: bytes) -> Result:
@@ -322,13 +321,13 @@ def _decode_json(data: bytes) -> Result:
     return _result_from(arrays, meta)
 
 
-def _result_from(document: Document, meta: Mapping[str, Any]) -> Result:
+def _result_from(document: Document, meta: Mapping[str, Any], service: str | None = None) -> Result:
     layout = meta.get("schema") if isinstance(meta, Mapping) else None
     if layout != VERSION:
         raise ResultFormatError(f"the result has layout {layout}, and this version of grazemap reads layout {VERSION}")
     try:
         own = {name: value for name, value in meta.items() if name != _SHOWN_UNITS}
-        result = class_of(meta["process"], document).from_document(document, own)
+        result = class_of(meta["process"], document).from_document(document, own, service)
         _ = result.units  # pictures and Datasets need the request
         return result.in_units(*meta.get(_SHOWN_UNITS, ()))
     except (LookupError, TypeError, ValueError, AttributeError, OverflowError) as error:
