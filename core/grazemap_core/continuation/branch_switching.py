@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from grazemap_core.arrays import Floats
-from grazemap_core.continuation.continuation_problem import ContinuationProblem, pattern_of
+from grazemap_core.continuation.continuation_problem import ContinuationProblem
 from grazemap_core.continuation.parameters import Parameter, ParameterOrbit, ParameterPoint, symmetric_stops
 from grazemap_core.continuation.special_points import SpecialPoint
 from grazemap_core.continuation.tolerances import MERGED_ORBITS, SWITCH_STEPS
@@ -95,7 +95,7 @@ def merged(impacts: ImpactSequence, mirrored: bool = True) -> ImpactSequence | N
 
 def with_graze(impacts: ImpactSequence, phase: float, stop: int) -> tuple[ImpactSequence, int]:
     """Return a sequence with a contact of velocity 0 at a phase and a stop inserted, and the index of that contact."""
-    turn = _turn(impacts)
+    turn = impacts.turn
     spans = math.floor((phase - impacts.phases[0]) / turn)
     phase -= spans * turn
     if impacts.symmetric and spans % 2:
@@ -128,7 +128,7 @@ def as_on_curve(point: SpecialPoint) -> tuple[ImpactSequence, int | None]:
 
 def _alone(impacts: ImpactSequence, impact: int) -> tuple[ImpactSequence, int]:
     """Return a sequence without the impacts that come together with one, and the number of that one."""
-    turn, count = _turn(impacts), len(impacts.stops)
+    turn, count = impacts.turn, len(impacts.stops)
     still = np.abs(impacts.velocities) <= MERGED_ORBITS * np.max(np.abs(impacts.velocities))
     others: list[int] = []
     for i in (np.arange(impact + 1, impact + count) % count).tolist():
@@ -137,11 +137,6 @@ def _alone(impacts: ImpactSequence, impact: int) -> tuple[ImpactSequence, int]:
             break
         others.append(i)
     return _without(impacts, others), impact - sum(i < impact for i in others)
-
-
-def _turn(impacts: ImpactSequence) -> float:
-    """Return the phase after which the impacts repeat, or repeat on the opposite stops."""
-    return pattern_of(impacts).half_periods * math.pi / impacts.divisor
 
 
 def _start(path: ContinuationProblem, unknowns: Floats) -> OrbitStart:

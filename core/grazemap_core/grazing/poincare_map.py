@@ -153,7 +153,7 @@ def flow_jacobian(point: GrazingPoint) -> Floats:
     """
     count = point.oscillator.size
     model, mixed = point.model, point.masses_first
-    through = flow_of_blocks(model, point.return_time)
+    through = block_diag(*_block_flows(model, point.return_time))
     jacobian = np.zeros((2 * count + 1, 2 * count + 1))
     jacobian[np.ix_(mixed, mixed)] = model.from_modal @ through @ model.to_modal
     # a change of theta shifts the steady motion in time; the rest of the change follows the free flow
@@ -177,11 +177,6 @@ def return_jacobian(point: GrazingPoint) -> Floats:
     It maps the vector field to zero, equations (49) and (50).
     """
     return surface_projection(point.next()) @ flow_jacobian(point)
-
-
-def flow_of_blocks(model: ModalModel, time: float) -> Floats:
-    """Return the flow of all blocks over a time, shape (2N, 2N)."""
-    return np.asarray(block_diag(*_block_flows(model, time)))
 
 
 def _block_flows(model: ModalModel, time: float) -> Floats:

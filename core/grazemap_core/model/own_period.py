@@ -18,7 +18,6 @@ import numpy as np
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.records import dataclass
 
-_FREQUENCIES: Final = frozenset({"omega", "omega_start", "omega_stop", "omega_error"})
 _PHASES: Final = frozenset({"phase", "phases", "excess_phase"})
 _DIVISOR: Final = "divisor"
 """The attribute with p of a record of phases, which repeat after 2 pi/p."""
@@ -128,7 +127,7 @@ class _Rescaling:
             return {
                 parameter: self.frequency(ends) if parameter == "omega" else ends for parameter, ends in value.items()
             }
-        if name in _FREQUENCIES or _varies(parts, name) == "omega":
+        if name == "omega" or _varies(parts, name) == "omega":
             return self.frequency(value)
         return self.rescaled(value)
 

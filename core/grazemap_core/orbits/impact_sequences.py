@@ -79,6 +79,11 @@ class ImpactSequence:
         return cls(period, which.astype(np.int64), times - shift, speeds, symmetric)
 
     @property
+    def turn(self) -> float:
+        """Phase after which the impacts repeat, or repeat on the opposite stops."""
+        return (self.period if self.symmetric else 2 * self.period) * math.pi / self.divisor
+
+    @property
     def whole(self) -> ImpactSequence:
         """The impacts of the whole period; of a symmetric motion, the mirror images included."""
         if not self.symmetric:
@@ -86,7 +91,7 @@ class ImpactSequence:
         return replace(
             self,
             stops=np.concatenate([self.stops, -self.stops]),
-            phases=np.concatenate([self.phases, self.phases + math.pi * self.period / self.divisor]),
+            phases=np.concatenate([self.phases, self.phases + self.turn]),
             velocities=np.concatenate([self.velocities, -self.velocities]),
             symmetric=False,
         )
@@ -126,8 +131,7 @@ class ImpactSequence:
 
 def _repeats(sequence: ImpactSequence, count: int, periods: float, sign: int, tolerance: float) -> bool:
     """Return whether the impacts repeat after `count` impacts and `periods` forcing periods, mirrored for sign -1."""
-    once = 2.0 * math.pi / sequence.divisor
-    turn = once * sequence.period
+    once, turn = 2.0 * math.pi / sequence.divisor, sequence.turn
     later = np.roll(sequence.phases, -count)
     later[len(later) - count :] += turn
     speed = np.max(np.abs(sequence.velocities))

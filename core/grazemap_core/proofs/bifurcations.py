@@ -18,7 +18,7 @@ from grazemap.checker.reading import RADIUS
 from grazemap.checker.system import Inputs
 from grazemap.checker.theorems import impulse
 from grazemap_core.arrays import Floats
-from grazemap_core.continuation.branch_switching import as_on_curve
+from grazemap_core.continuation.branch_switching import as_on_curve, merged
 from grazemap_core.continuation.branches import orbit_branch
 from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.continuation.special_points import SpecialPoint
@@ -68,9 +68,11 @@ def bifurcation(search: ProofSearch, request: Document, point: SpecialPoint) -> 
     statement = inputs(search, request) | {"type": kind, "parameter": parameter, "range": request["range"]}
     numbers = exact_inputs(statement)
     impacts, graze = as_on_curve(point)
-    symmetric = as_admitted(search, numbers, replace(impacts, symmetric=True)).symmetric
-    if graze is not None and len(impacts.stops) == 1 and symmetric:  # of the steady motion, which grazes both stops
-        impacts = replace(impacts, period=1, symmetric=True)
+    if graze is not None and len(impacts.stops) == 1:  # of the steady motion, which grazes both stops or one
+        symmetric = as_admitted(search, numbers, replace(impacts, symmetric=True)).symmetric
+        impacts = replace(impacts, period=1, symmetric=symmetric)
+    if kind == "PD":  # at the end of a branch of orbits of twice the period
+        impacts = merged(impacts, mirrored=False) or impacts
     if kind == "SB" and not impacts.symmetric:  # at the end of a branch of asymmetric orbits
         impacts = impacts.half()
     impacts = as_admitted(search, numbers, impacts)

@@ -1,8 +1,8 @@
 """Translates certificates of the formats 1 and 2 to the present format.
 
 A certificate of these formats repeats the inputs of the statement in the theorem; both have to agree. It counts periods
-of 2 pi/omega, whatever the harmonics of the forces are. The statement of a bifurcation also says on which branch of
-orbits it lies. No theorem shows that, so it is left out.
+of 2 pi/omega, whatever the harmonics of the forces are. The statement of a bifurcation says on which branch of orbits
+it lies, which no theorem shows, and does not name the orbit at the point: it is refused.
 """
 
 from __future__ import annotations
@@ -19,12 +19,10 @@ from grazemap.checker.reading import (
     FORMAT,
     MAX_IMPACTS,
     OSCILLATOR,
-    PARAMETERS,
     POSITIVE_INTEGER,
     RADIUS,
     STATEMENTS,
     STOPS,
-    VARIED,
     anything,
     choice,
     either,
@@ -48,9 +46,6 @@ _COUNTS = {"impacts_right": _COUNT, "impacts_left": _COUNT}
 _STATEMENTS = {
     "orbit": fields({**_PLACE, "period": POSITIVE_INTEGER, "stable": anything}, {"stops": STOPS, **_COUNTS, **_GUESS}),
     "attraction": fields({**_PLACE, **_START}, {"period": POSITIVE_INTEGER, **_COUNTS}),
-    "bifurcation": fields(
-        {**_PLACE, **_POINT, "parameter": choice(*PARAMETERS), "period": POSITIVE_INTEGER, "stops": STOPS}, _GUESS
-    ),
     "codimension-two": fields({**_POINT, "order": POSITIVE_INTEGER}, {"stop": choice(1, -1)}),
 }
 _INPUTS = {"omega": number, "gaps": _BOTH, "restitutions": sequence(number, 2, 2)}
@@ -60,9 +55,6 @@ _THEOREMS = {
     "orbit": fields(_MOTION, {"unstable": anything, "direction": anything}),
     "attraction": fields(
         {**_MOTION, **_START, **dict.fromkeys(("norm", "size", "transient"), anything)}, {"direction": anything}
-    ),
-    "bifurcation": fields(
-        {**_MOTION, **_POINT, "parameter": anything, "value": anything}, {"direction": anything, "graze": anything}
     ),
     "codimension-two": fields(
         {**_INPUTS, **_POINT, "order": anything, "value": anything, "radius": anything}, {"stop": anything}
@@ -80,6 +72,7 @@ def translated(document: dict[str, Any]) -> dict[str, Any]:
     oscillator, statement, theorem = document["oscillator"], document["statement"], document["theorem"]
     require(all(type(part) is dict for part in (oscillator, statement, theorem)), "a part has no names")
     kind = choice(*STATEMENTS)(statement.get("kind"), "the statement's kind")
+    require(kind in _STATEMENTS, f"a {kind} of an older format does not name the orbit at the point")
     require(theorem.get("kind") == kind, "the theorem is of another kind than the statement")
     forcing = oscillator.get("forcing")
     if type(forcing) is dict:
@@ -94,11 +87,11 @@ def translated(document: dict[str, Any]) -> dict[str, Any]:
     words = {name: value for name, value in statement.items() if name != "kind"}
     read = _STATEMENTS[kind](words, "the statement")
     shown = _THEOREMS[kind]({name: value for name, value in theorem.items() if name != "kind"}, "the theorem")
-    for name in ("type", "range", "order", "stop", "parameter", "phase", "displacement", "velocity"):
+    for name in ("type", "range", "order", "stop", "phase", "displacement", "velocity"):
         require(read.get(name) == shown.get(name), f"the theorem's {name} is not that of the statement")
-    now = {name: statement[name] for name in ("type", "order", "range", "parameter", *_START) if name in statement}
+    now = {name: statement[name] for name in ("type", "order", "range", *_START) if name in statement}
     used = {name: theorem[name] for name in ("value", "radius", *_ORBIT, "period", "stops") if name in theorem}
-    used |= {name: theorem[name] for name in ("norm", "size", "transient", "graze") if name in theorem}
+    used |= {name: theorem[name] for name in ("norm", "size", "transient") if name in theorem}
     if theorem.get("direction"):
         used["direction"] = theorem["direction"]
     if kind == "codimension-two":
@@ -106,8 +99,8 @@ def translated(document: dict[str, Any]) -> dict[str, Any]:
     else:
         used["scale"] = _scale(machine)
         now |= _inputs(statement, theorem, shown)
-    if kind in ("orbit", "bifurcation"):
-        now |= _motion(statement, read, theorem["stops"], bool(theorem["symmetric"]), kind == "orbit")
+    if kind == "orbit":
+        now |= _motion(statement, read, theorem["stops"], bool(theorem["symmetric"]))
     elif kind == "attraction" and not {"period", *_COUNTS}.isdisjoint(statement):
         require({"period", *_COUNTS} <= statement.keys(), "the statement has a part of a label")
         stops = [1] * read["impacts_right"] + [-1] * read["impacts_left"]
@@ -129,7 +122,7 @@ def _scale(machine: Machine) -> str:
 
 
 def _inputs(statement: dict[str, Any], theorem: dict[str, Any], shown: dict[str, Any]) -> dict[str, Any]:
-    """Return frequency, clearances and restitutions; a parameter varies."""
+    """Return frequency, clearances and restitutions."""
     both = statement["clearance"]
     if type(both) is dict:
         fields({"right": _GAP, "left": _GAP})(both, "the clearance")
@@ -138,21 +131,14 @@ def _inputs(statement: dict[str, Any], theorem: dict[str, Any], shown: dict[str,
         both = [both, both]
     same = shown["omega"] == number(statement["omega"], "omega") and shown["gaps"] == _BOTH(both, "the clearance")
     require(same, "the theorem's inputs are not those of the statement")
-    parameter = statement.get("parameter", "")
     pairs = {"clearance": both, "restitution": theorem["restitutions"]}
-    return {"omega": VARIED if parameter == "omega" else statement["omega"]} | {
-        name: {
-            side: VARIED if parameter in (name, f"{name}_{side}") else pair[i]
-            for i, side in enumerate(("right", "left"))
-        }
-        for name, pair in pairs.items()
+    return {"omega": statement["omega"]} | {
+        name: dict(zip(("right", "left"), pair, strict=True)) for name, pair in pairs.items()
     }
 
 
-def _motion(
-    statement: dict[str, Any], read: dict[str, Any], half: list[int], symmetric: bool, is_orbit: bool
-) -> dict[str, Any]:
-    """Return the period and the stops of an orbit, or of a bifurcation's, and the box if it has phases."""
+def _motion(statement: dict[str, Any], read: dict[str, Any], half: list[int], symmetric: bool) -> dict[str, Any]:
+    """Return the period and the stops of an orbit, and the box if it has phases."""
     stops = statement.get("stops")
     if stops is None:
         require(set(_COUNTS) <= statement.keys(), "the statement has neither stops nor numbers of impacts")
@@ -161,8 +147,6 @@ def _motion(
     same = all(read.get(name, count) == count for name, count in counts.items())
     require(same, "the orbit has other impacts than those of the statement")
     motion = {"period": statement["period"], "stops": stops}
-    if not is_orbit:
-        return motion
     if "phases" in statement:
         numbers = {name: statement.get(name) for name in _GUESS}
         require(all(type(x) is list for x in numbers.values()), "phases or velocities are not a list")

@@ -4,11 +4,15 @@ import re
 from copy import deepcopy
 from fractions import Fraction
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from grazemap.checker import check
+from grazemap_core.continuation.branch_switching import starts_beyond
+from grazemap_core.continuation.branches import orbit_branch
+from grazemap_core.continuation.parameters import ParameterPoint
 from grazemap_core.grazing.codimension_two import codimension_two_points
 from grazemap_core.grazing.grazing_curve import VariedStop
 from grazemap_core.model.drive import force
@@ -18,6 +22,7 @@ from grazemap_core.proofs.certificates import exact_oscillator
 from grazemap_core.proofs.prove import prove
 from grazemap_core.simulation.trajectories import trajectory
 from tests.oracles.general_oracle import GeneralOracle
+from tests.support.orbits import orbit_with
 from tests.support.oscillators import DEFAULT
 from tests.support.thorough import the_first
 
@@ -307,6 +312,41 @@ def test_more_masses_than_the_checker_takes_are_undecided():
     proof = prove(many, {"kind": "codimension-two", "type": "g", "order": 2, "range": ["0.5", "1.5"], "stop": 1})
     assert proof.certificate["verdict"] == "undecided"
     assert "64" in proof.reason
+
+
+def of_one_stop(oscillator, orbit, kind, interval):
+    """The statement of a bifurcation over the clearance of the right stop, which is the only one, from an orbit."""
+    impacts = orbit.impacts
+    motion = {"period": impacts.period, "stops": impacts.stops.tolist(), "radius": "1e-3"} | {
+        name: [repr(float(x)) for x in getattr(impacts, name)] for name in ("phases", "velocities")
+    }
+    place = {
+        "omega": repr(orbit.values.omega),
+        "clearance": {"right": repr(orbit.values.clearance_right), "left": None},
+    }
+    request = {"kind": "bifurcation", "type": kind, "parameter": "clearance_right", "range": interval}
+    return prove(oscillator, request | place | motion)
+
+
+def test_the_graze_at_which_the_only_impact_of_two_periods_vanishes_is_proven():
+    oscillator = Oscillator.create([1.0], [1.0], 0.02, [1.0], 0.6)
+    amplitude = 1.0 / abs(complex(1.0 - 2.1**2, 0.04 * 2.1))
+    orbit = orbit_with(oscillator, 2.1, (1.02 * amplitude, None), 2, [1])
+    begin = SimpleNamespace(impacts=orbit.impacts, values=ParameterPoint.of(oscillator, 2.1, (1.02 * amplitude, None)))
+    proof = of_one_stop(oscillator, begin, "GR", [repr(0.9 * amplitude), repr(1.1 * amplitude)])
+    assert verdict(proof) == "proven", proof.reason
+    assert proof.certificate["statement"]["period"] == 1
+    assert proof.certificate["statement"]["stops"] == [1]
+
+
+def test_the_doubling_at_the_end_of_the_doubled_branch_is_proven():
+    oscillator = Oscillator.create([1.0], [1.0], 0.05, [1.0], 0.8)
+    branch = orbit_branch(oscillator, orbit_with(oscillator, 2.4, (0.0, None), 1, [1]), -0.1, 0.2, "clearance_right")
+    (point,) = [point for point in branch.special_points if point.type == "PD" and point.values.clearance_right > 0.0]
+    (doubled,) = starts_beyond(oscillator, point, "clearance_right")
+    proof = of_one_stop(oscillator, doubled, "PD", ["0.1", "0.16"])
+    assert verdict(proof) == "proven", proof.reason
+    assert proof.certificate["statement"]["period"] == 1
 
 
 def test_chatter_is_undecided():

@@ -49,7 +49,6 @@ from grazemap_core.simulation.trajectories import Trajectory, trajectory
 NO_REGION: Final = -1
 """Number of the region of a point without one."""
 
-Structure = tuple[tuple[str, float], ...]
 _OF_GAPS: Final = ("clearance", "clearance_right", "clearance_left", "bias")
 
 
