@@ -152,6 +152,23 @@ def test_an_undecided_proof_says_why() -> None:
     assert "theorem" not in json.loads(document["certificate"])
 
 
+def test_a_proof_whose_limit_ends_before_its_first_step_is_undecided() -> None:
+    count = 64  # it takes a while to write the numbers of full matrices as decimals
+    full = (np.eye(count) + 0.01 * np.random.default_rng(0).uniform(size=(count, count))).tolist()
+    symmetric = (0.5 * (np.array(full) + np.array(full).T)).tolist()
+    matrices = {"mass": np.eye(count).tolist(), "damping": symmetric, "stiffness": symmetric}
+    oscillator = {"matrices": matrices, "forcing": [1.0] * count}
+    statement = {
+        "kind": "codimension-two",
+        "type": "g",
+        "order": 2,
+        "axis": {"vary": "omega", "values": {"start": 0.5, "stop": 1.5}},
+    }
+    document = whole("proofs", {"oscillator": oscillator, "statement": statement, "time_limit": 0.005})
+    assert document["verdict"] == "undecided"
+    assert document["limited"]
+
+
 @pytest.mark.parametrize("stop", ["right", "C"])
 def test_a_discontinuity_mapping_has_its_errors_and_the_returns_of_the_motion(stop: str) -> None:
     body = {"omega": 0.29, "overshoot": [1e-4, 1e-6, 1e-8], "stop": stop, "returns": 4}
