@@ -148,9 +148,9 @@ def prove_orbit(search: ProofSearch, request: Document) -> Iterator[Attempt]:
         failed = reason
     else:
         yield Attempt(statement, "proven", theorem)
-    if failed is not None and "phases" in statement:
-        raise failed
     if "phases" in statement:
+        if failed is not None:
+            raise failed
         theorem = _only_orbit(search, numbers, statement, impacts.whole)
         yield Attempt(statement, "disproven", theorem)
         return
