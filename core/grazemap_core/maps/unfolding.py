@@ -65,10 +65,10 @@ def unfolding_map_tile(
         trajectory, from its spread between windows, NaN for others), least_impact_velocity (float64; 0 with complete
         chatter, NaN without impacts or unless periodic), settled_after (int32 forcing periods; -1 unless periodic). Of
         an ensemble also share (float64: fraction of the initial states that lead to this motion, or to its mirror
-        image between symmetric stops)
-        and motions_found (int32: number of different motions that are not unresolved). A preview has no multiplier,
-        lyapunov and lyapunov_error. With resolve_sensitive also resolved (bool: the motion was decided in
-        multi-precision arithmetic). With `observed` also its figures (float64, [figure, vertical, horizontal]).
+        image between symmetric stops) and motions_found (int32: number of different motions that are not unresolved). A
+        preview has no multiplier, lyapunov and lyapunov_error. With resolve_sensitive also resolved (bool: the motion
+        was decided in multi-precision arithmetic). With `observed` also its figures (float64, [figure, vertical,
+        horizontal]).
 
     Raises
     ------

@@ -124,12 +124,12 @@ class FiguresAtComputedPoints(Record):
         dtype="int32",
     )
     share: FloatArray | None = field(
-        "Fraction of the initial states that lead to this motion or its mirror image.",
+        "Fraction of the initial states that lead to this motion or, between symmetric stops, to its mirror image.",
         "computed_point",
         when=_ENSEMBLES,
     )
     motions_found: IntArray | None = field(
-        "Number of different motions found; mirror images count once.",
+        "Number of different motions found; between symmetric stops, mirror images count once.",
         "computed_point",
         dtype="int32",
         when=_ENSEMBLES,

@@ -74,12 +74,11 @@ def _frequency_seconds(request: BifurcationCurvesRequest) -> float:
     """Return the seconds of explicit curves, for one frequency and one multiple of the forcing period.
 
     They are of motions with one impact on either stop, or of those and of symmetric motions. Under one harmonic, where
-    the other stop is absent or alike, no grid of phases is needed, except over the bias.
+    the other stop is absent or alike, no grid of phases is needed.
     """
     oscillator, clearance = request.oscillator, request.plane.corners()[0].clearance
     families = sum(gap is not None for gap in (clearance.right, clearance.left))
-    has_one_harmonic, over_bias = len(oscillator.orders) == 1, "bias" in request.plane.names
-    if has_one_harmonic and not over_bias and (families == 1 or request.plane.mirrors):
+    if len(oscillator.orders) == 1 and (families == 1 or request.plane.mirrors):
         return families * (EXPLICIT_POINT_SECONDS + EXPLICIT_POINT_MASS_SECONDS * oscillator.size)
     seconds = GRIDDED_POINT_SECONDS + GRIDDED_POINT_MASS_SECONDS * oscillator.size
     return families * len(oscillator.orders) * seconds
