@@ -66,6 +66,8 @@ ENGINEERING_UNITS: Final = ("Hz", "mm")
 # Every number of a request is 0, or has a modulus between these, in any unit.
 SMALLEST_NUMBER: Final = 1e-60
 LARGEST_NUMBER: Final = 1e60
+# Twice the largest relative rounding of a number; the core has the same.
+EPSILON: Final = 2.0**-52
 
 # The endings of files that pictures are written to, and the styles of pictures, the default first.
 PICTURE_FILES: Final = (".png", ".svg", ".pdf")

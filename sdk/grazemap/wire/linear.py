@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
+from grazemap.constants import EPSILON
 from grazemap.later import Later
 from grazemap.wire.structure import Matrices, RayleighDamping, StopName
 
@@ -32,13 +33,11 @@ _NEWTON_STEPS = 8
 _ROUND_OFF = 1e-13
 """Error of an eigenvalue, relative to the largest one."""
 
-_EPSILON = 2.0**-52
-
-FREE_MODE = 16.0 * _EPSILON
+FREE_MODE = 16.0 * EPSILON
 """Eigenvalue or singular value, over the largest one and N, up to which it is the rounding of 0; the core has the
 same."""
 
-GROWTH = _EPSILON**0.5
+GROWTH = EPSILON**0.5
 """Real part of an exponent, relative to the largest one, above which it is not the rounding of 0; the core has the
 same."""
 

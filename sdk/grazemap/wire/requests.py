@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from grazemap.constants import EPSILON
 from grazemap.wire.base import (
     Count,
     Interval,
@@ -40,7 +41,7 @@ from grazemap.wire.structure import ClearancePair, OtherClearance, StopName, var
 
 Order = Annotated[int, Field(ge=1, le=200), Listable]
 # Allows for the three roundings of a record's end and one of a given time; as the core's END_ROUNDING.
-_END_ROUNDING = 1.0 + 4.0 * 2.220446049250313e-16
+_END_ROUNDING = 1.0 + 4.0 * EPSILON
 # Largest omega.stop/omega.start of a search for codimension-two points; the core's MAX_FREQUENCY_RATIO.
 _FREQUENCY_RATIO = 1e9
 # For curves over a map: the minimum number of values of omega, and their number for each column of the map.

@@ -7,12 +7,13 @@ from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, Tag
 
+from grazemap.constants import EPSILON
 from grazemap.wire.base import Float, Kind, Listable, Request, invalid
 from grazemap.wire.oscillator import Oscillator
 from grazemap.wire.structure import ClearancePair, Row, as_pair
 
 LONGEST_PERIOD = 256
-COORDINATE_ROUNDING = 2.0 * 2.0**-52
+COORDINATE_ROUNDING = 2.0 * EPSILON
 """Round-off of a contact coordinate, relative to the sum of the moduli of its terms; the core has the same."""
 Period = Annotated[int, Field(ge=1, le=LONGEST_PERIOD), Listable]
 Seed = Annotated[int, Field(ge=0, le=2**53), Listable]

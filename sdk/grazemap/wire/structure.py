@@ -17,6 +17,7 @@ from pydantic import (
     model_validator,
 )
 
+from grazemap.constants import EPSILON
 from grazemap.later import Later
 from grazemap.wire.base import Count, Float, Kind, Listable, NonEmpty, NonNegative, Positive, Request, Share, invalid
 
@@ -30,7 +31,7 @@ Row = NonEmpty[Float]
 OptionalRow = Annotated[Row | None, Field(exclude_if=lambda row: not any(row or ()))]
 Matrix = NonEmpty[Row]
 # Largest difference of M and its transpose, relative to its largest number, that is rounding; as in the core.
-_ASYMMETRY = 16.0 * 2.220446049250313e-16
+_ASYMMETRY = 16.0 * EPSILON
 
 
 class ModalDamping(Request):
