@@ -50,10 +50,8 @@ EXTRA_CPU_SECONDS = 60.0
 MAX_CPU_SECONDS: dict[Lane, float] = {"small": 60.0, "short": 600.0, "long": 3600.0}
 # A compute process that has computed a tile for STOPPED_AFTER_SECONDS is stopped for short tiles that have waited for
 # WAITED_SECONDS. The long tile and the short ones get the shares of long and short jobs.
-STOPPED_AFTER_SECONDS = 1.5
+STOPPED_AFTER_SECONDS = 1.0
 WAITED_SECONDS = 0.5
-# Seconds between two looks for such short tiles.
-_INTERRUPTION_LOOK_SECONDS = 0.4
 # Seconds between two attempts while the store is full.
 STORE_FULL_SECONDS = 2.0
 # Seconds between renewals of the lease while a process computes.
@@ -185,7 +183,6 @@ class _Interruptions:
             self._activity, self._not_before = activity, time.monotonic() + STOPPED_AFTER_SECONDS
         if time.monotonic() < self._not_before:
             return None
-        self._not_before = time.monotonic() + _INTERRUPTION_LOOK_SECONDS
         with suppress(RedisError):  # the compute process goes on meanwhile
             self._free_others(activity.job_id)
             claim = self._claim(activity.job_id, WAITED_SECONDS)

@@ -196,7 +196,6 @@ def test_a_long_tile_outlives_an_outage_that_ends_a_short_one(worker: pytest.Mon
         raise redis.exceptions.ConnectionError
 
     worker.setattr(tasks, "STOPPED_AFTER_SECONDS", 0.0)
-    worker.setattr(tasks, "_INTERRUPTION_LOOK_SECONDS", 0.0)
     worker.setattr(tasks, "WAITED_SECONDS", 0.0)
     worker.setattr(tasks, "_compute_in_process", fail)
     interruptions = tasks._Interruptions(tasks.WorkerContext(store, INFO, NUMERICS))

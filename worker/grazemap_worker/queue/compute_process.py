@@ -26,8 +26,8 @@ from grazemap_worker.system import PEAK_UNIT, die_with_parent, limit_memory, pro
 
 # A lower priority than that of other processes, so that small jobs get processor time while maps are being computed.
 NICENESS = 10
-# Seconds between two looks at the process.
-_LOOK_SECONDS = 0.5
+# Seconds between two looks at the process, and for more urgent work.
+_LOOK_SECONDS = 0.25
 # Seconds after which the end of the process is noticed on a system without descriptors of processes (pidfd_open).
 _POLL_SECONDS = 0.01
 # A process that aborted counts as out of memory if its peak of resident memory was over this share of its memory limit.
