@@ -79,7 +79,10 @@ class ServiceSettings(RedisSettings):
     max_points: Annotated[
         int, Field(gt=0, description="maximum values of a curve, or samples of the trajectories of a job or a diagram")
     ] = 1_000_000
-    max_pixels: Annotated[int, Field(gt=0, description="maximum points of an unfolding map")] = 1 << 22
+    max_pixels: Annotated[
+        int,
+        Field(gt=0, description="maximum points of a map, states of basins, values times states of basin fractions"),
+    ] = 1 << 22
     max_adaptive_pixels: Annotated[int, Field(gt=0, description="maximum points of an adaptive map")] = 1 << 24
     max_work: Annotated[float, Field(gt=0, description="maximum forcing periods of one job, as estimated")] = 1e9
     max_seconds: Annotated[

@@ -42,9 +42,10 @@ class WorkerSettings(RedisSettings):
     cache_dir: Annotated[
         Path,
         Field(
-            description="folder for compiled kernels, made private to the user; `grazemap up` keeps them in its "
-            "data folder where the home cannot be written. One folder for each version of grazemap, Python, numba and "
-            "processor; one that no worker was started with for 90 days, and none runs with, is removed"
+            description="folder for compiled kernels, in $XDG_CACHE_HOME where that is set, made private to the user; "
+            "`grazemap up` keeps them in its data folder where the home cannot be written. One folder for each version "
+            "of grazemap, Python, numba and processor; one that no worker was started with for 90 days, and none runs "
+            "with, is removed"
         ),
     ] = Field(default_factory=default_cache_dir, json_schema_extra=shown("~/.cache/grazemap"))
     # read by grazemap_core.compiled_ahead, before anything else is imported
