@@ -78,6 +78,13 @@ type Box = { left: number; right: number; top: number; bottom: number };
 
 // How a job is asked for and followed.
 type Asking = { npz?: boolean; priority?: number; signal?: AbortSignal; onJob?: (job: any) => void };
-type Sending = { method?: string; headers?: Record<string, string>; body?: any; signal?: AbortSignal; keepalive?: boolean };
+type Sending = {
+  method?: string;
+  headers?: Record<string, string>;
+  body?: any;
+  signal?: AbortSignal;
+  wanted?: AbortSignal;
+  keepalive?: boolean;
+};
 
 declare const SwaggerUIBundle: any; // of the page of the API, from a script of its own

@@ -158,29 +158,43 @@ def test_what_is_taken_home_of_a_part_says_so_and_no_other_tile_is_the_one_in_th
     assert page.evaluate(OFFERED, [middle])["files"] == []
 
 
-BASINS = """async (names) => {
+BASINS = """async ([names, seen = []]) => {
     document.body.innerHTML = '<div id="basins"></div>';
     const { showBasins } = await import("/further.js");
     const { Colours } = await import("/labels.js");
     const colours = new Colours(palette);
+    colours.see(seen);
     const label = names.map((_, k) => [k, k, -1]);
     const attractors = names.map((label) => ({ label, kind: "periodic", share: 1 / names.length }));
     const machine = { oscillator: null, stops: "equal", left: null, periods: 400 };
     const answer = { label, attractors, horizontal: [0, 1, 2], vertical: names.map((_, k) => k) };
     await showBasins({ machine, at: [0.29, 1.6], colours, compute: async () => answer });
-    return [...document.querySelectorAll("#basins li")].map((entry) => {
-        const { backgroundColor, backgroundImage } = entry.querySelector(".swatch").style;
-        return { text: entry.textContent, swatch: backgroundColor + backgroundImage };
-    });
+    const { swatch } = await import("/dom.js");
+    const styleOf = ({ style }) => style.backgroundColor + style.backgroundImage;
+    const inView = seen.map((label) => [label, styleOf(swatch(colours.of(label).colour, colours.of(label).image))]);
+    const entries = [...document.querySelectorAll("#basins li")].map((entry) => ({
+        text: entry.textContent,
+        swatch: styleOf(entry.querySelector(".swatch")),
+    }));
+    return { entries, inView: Object.fromEntries(inView) };
 }"""
 
 
 def test_attractors_of_one_name_look_different_and_are_numbered(page: Page) -> None:
     names = ["1-1r-1l", "1-2r-1l", "1-2r-1l", "1-2r-1l", "7-9r-8l", "7-9r-8l"]
-    entries = page.evaluate(BASINS, names)
+    entries = page.evaluate(BASINS, [names])["entries"]
     assert len({entry["swatch"] for entry in entries}) == len(names)
     labels = [entry["text"].partition(":")[0] for entry in entries]
     assert labels == ["1-1r-1l", "1-2r-1l", "1-2r-1l, 2", "1-2r-1l, 3", "7-9r-8l", "7-9r-8l, 2"]
+
+
+def test_motions_of_basins_look_as_in_the_view_and_others_as_none_of_it(page: Page) -> None:
+    names = [*MET[:4], *MANY[:4]]
+    answer = page.evaluate(BASINS, [names, [*MET, "unresolved"]])
+    looks = dict(zip(names, (entry["swatch"] for entry in answer["entries"]), strict=True))
+    in_view = answer["inView"]
+    assert {label: looks[label] for label in MET[:4]} == {label: in_view[label] for label in MET[:4]}
+    assert not {looks[label] for label in MANY[:4]} & set(in_view.values())
 
 
 STORED = """async ([machine, plane, policy]) => {
@@ -253,6 +267,7 @@ WORDS = """async ([label, stops]) => (await import("/motionwords.js")).inWords(l
         ("2-3r-(-1)l", "right", "Every 2 periods: 3 hits"),
         ("2-(-1)r-3l", "left", "Every 2 periods: 3 hits"),
         ("1-∞r-(-1)l", "right", "Every period: a series of hits that comes to rest"),
+        ("1-0r-2l", "equal", "Every period: rest without a hit on the right, 2 hits on the left"),
         ("1-(-1)r-(-1)l", "equal", "Every period the same, and no stop is hit"),
         ("chaotic", "equal", "It never repeats, and small differences grow"),
         ("an own name", "equal", ""),
@@ -281,9 +296,11 @@ MOVING = """async (oscillator) => {
         displacement: [[1, 2, 3], [4, 5, 6]],
         impacts: { time: [], stop: [], velocity: [] },
         motion: { kind: "periodic", period: 1 },
+        meta: { request: { samples_per_period: 2 } },
     };
-    const { masses, struck, bearer } = moving({ oscillator, stops: "equal", left: null }, [1, 7], path, "#000000");
-    return { masses: masses.length, struck, bearer };
+    const shown = moving({ oscillator, stops: "equal", left: null }, [1, 7], path, "#000000");
+    const { masses, struck, bearer, period, loop } = shown;
+    return { masses: masses.length, struck, bearer, period, loop };
 }"""
 
 
@@ -300,7 +317,8 @@ MOVING = """async (oscillator) => {
 def test_the_animation_shows_the_masses_and_where_the_stops_are(
     page: Page, fields: dict[str, object], shown: dict[str, object]
 ) -> None:
-    assert page.evaluate(MOVING, {"masses": [1, 2]} | fields) == shown
+    # a forcing period has two samples, whatever omega is: forces may repeat within 2 pi/omega
+    assert page.evaluate(MOVING, {"masses": [1, 2]} | fields) == shown | {"period": 2, "loop": 2}
 
 
 COLOURS_OF_VALUES = """async (preview) => {
@@ -326,11 +344,12 @@ def test_points_without_a_value_show_where_nothing_is_hit_and_what_a_preview_kno
     assert paler[calm][:3].min() > image[calm][:3].min()
 
 
-ZEROS = """async ([n, slope]) => {
+ZEROS = """async ([n, slope, limit]) => {
     const { zeros } = await import("/contours.js");
     const at = (k) => (k + 0.5) / n;
     const values = Float64Array.from({ length: n * n }, (_, k) => at(Math.floor(k / n)) - slope * at(k % n) - 0.25);
-    return [...zeros(values, n)];
+    const others = limit === undefined ? null : Float64Array.from({ length: n * n }, (_, k) => at(k % n) - limit);
+    return [...zeros(values, n, others)];
 }"""
 
 
@@ -348,3 +367,187 @@ def test_a_chart_does_not_draw_round_off(page: Page) -> None:
     assert low < 0.3 < 0.6 < high
     low, high = page.evaluate(EXTENT, [0.4, 0.5])
     assert (low, high) == pytest.approx((0.395, 0.505))
+
+
+def test_no_line_of_zeros_is_drawn_where_the_other_stop_is_met_before(page: Page) -> None:
+    ends = np.reshape(page.evaluate(ZEROS, [16, 0.5, 0.5]), (-1, 2))
+    assert np.allclose(ends[:, 1], 0.5 * ends[:, 0] + 0.25)
+    assert ends[:, 0].min() == pytest.approx(0.5, abs=1 / 16)
+    assert ends[:, 0].max() == 1.0
+
+
+GRAZES = """async ({ answers, left, up }) => {
+    const { Curves } = await import("/curves.js");
+    const curves = new Curves({ changed: () => {}, failed: () => {}, palette });
+    curves.answer = (what) => answers[what] ?? null;
+    return { ...Object.assign(curves, { left, up }), lines: curves.lines(), marks: curves.marks() };
+}"""
+
+
+def test_a_graze_that_another_stop_prevents_is_dashed_and_no_grazing_curve(page: Page) -> None:
+    omega = [1, 2, 3, 4, 5]
+    graze = {"omega": omega, "clearance_right": [1, 2, 3, 4, 5], "virtual_right": [True, True, False, False, False]}
+    point = {"omega": 3, "clearance": 3}
+    graze["points"] = [
+        point | {"kind": "corner", "margin": -1},
+        point | {"kind": "recurrence", "order": 1, "margin": 1},
+    ]
+    beside = {"omega": omega, "clearance_left": [5, 4, 3, 2, 1]}
+    drawn = page.evaluate(GRAZES, {"answers": {"graze": graze, "beside": beside}, "left": 2.5, "up": [0, 10]})
+    real, virtual, upright, below = drawn["lines"]
+    assert (real["y"], real["isGraze"], real.get("dashed")) == ([None, 2, 3, 4, 5], True, None)
+    assert (virtual["y"], virtual.get("isGraze"), virtual["dashed"]) == ([1, 2, None, None, None], None, True)
+    # the left stop is touched at omega = 3.5, where the right one is met before at clearances below 3.5
+    assert (upright["x"], upright["y"], upright.get("dashed")) == ([3.5, 3.5], [3.5, 10], None)
+    assert (below["x"], below["y"], below["dashed"]) == ([3.5, 3.5], [0, 3.5], True)
+    corner, recurrence = drawn["marks"]
+    assert corner["colour"] == PALETTE["ink"] != recurrence["colour"]
+    assert corner["text"].count(".") > recurrence["text"].count(".")
+
+
+TICKS = """async ([low, high]) => (await import("/ticks.js")).ticks([low, high], 8)"""
+
+
+@pytest.mark.parametrize("width", [3.3e-7, 2.1e-8, 9.7e-7])
+def test_texts_of_close_ticks_are_the_distances_from_their_base(page: Page, width: float) -> None:
+    ticks = page.evaluate(TICKS, [0.281234 - width / 2, 0.281234 + width / 2])
+    assert len(ticks["marks"]) > 2
+    for mark in ticks["marks"]:
+        told = float(mark["text"].replace("\u2212", "-"))
+        assert told == pytest.approx(mark["value"] - ticks["base"], rel=1e-6, abs=1e-3 * width)
+
+
+def test_a_series_that_comes_to_rest_is_no_simple_motion_whatever_it_is_compared_with(page: Page) -> None:
+    labels = [f"5-{right}r-{left}l" for left in ("∞", 3, 12, 1) for right in (2, 7, 4, 9)]
+    first, backwards = page.evaluate(SEEN, [labels, labels[::-1]])
+    assert first == backwards[::-1]
+
+
+SWEPT = """async (windows) => {
+    const seen = globalThis.fetch;
+    globalThis.Worker = class {
+        postMessage({ number }) {
+            const tile = { labels: ["1-1r-1l"], motion: new Uint16Array(1) };
+            setTimeout(() => this.onmessage({ data: { number, tile } }));
+        }
+    };
+    const headers = { Location: "v1/jobs/1", "Preference-Applied": "return=representation" };
+    globalThis.fetch = async () => new Response("npz", { headers });
+    const { serve } = await import("/api.js");
+    const { Tiles } = await import("/tiles.js");
+    serve({ trouble: () => {} });
+    const tiles = new Tiles({ changed: () => {}, failed: () => {} });
+    const shown = [];
+    for (const { x, y } of windows) {
+        tiles.showWhole("swept", {}, { x, y }, 128);
+        const before = tiles.within("swept", { x, y });
+        await new Promise((resolve) => setTimeout(resolve, 100));
+        shown.push([before, tiles.within("swept", { x, y })].map((some) => some.map((tile) => tile.x)));
+    }
+    globalThis.fetch = seen;
+    return shown;
+}"""
+
+
+def test_one_sweep_is_shown_at_a_time(page: Page) -> None:
+    narrow, wide, beside = ({"x": x, "y": [1, 2]} for x in ([0.4, 0.6], [0.2, 1.0], [0.5, 0.7]))
+    shown = page.evaluate(SWEPT, [narrow, wide, beside, narrow])
+    assert shown == [
+        [[], [narrow["x"]]],
+        [[narrow["x"]], [wide["x"]]],
+        [[wide["x"]], [beside["x"]]],
+        [[narrow["x"]], [narrow["x"]]],  # kept
+    ]
+
+
+BUSY = """async () => {
+    const seen = globalThis.fetch;
+    const answers = { asked: 0 };
+    globalThis.fetch = async () => {
+        answers.asked += 1;
+        return new Response("{}", { status: 429, headers: { "Retry-After": "120" } });
+    };
+    const { compute, serve } = await import("/api.js");
+    serve({ trouble: () => {} });
+    const abort = new AbortController();
+    const waiting = compute("unfolding-maps", {}, { signal: abort.signal }).catch((error) => error.name);
+    await new Promise((resolve) => setTimeout(resolve, 50));
+    abort.abort();
+    const end = await Promise.race([waiting, new Promise((resolve) => setTimeout(() => resolve("waits"), 2000))]);
+    globalThis.fetch = seen;
+    return { ...answers, end };
+}"""
+
+
+def test_what_is_given_up_does_not_wait_for_a_busy_service(page: Page) -> None:
+    assert page.evaluate(BUSY) == {"asked": 1, "end": "AbortError"}
+
+
+OUTDATED = """async (times) => {
+    const seen = globalThis.fetch;
+    let asked = 0;
+    globalThis.fetch = async () => {
+        asked += 1;
+        const problem = { type: "urn:grazemap:problem:core-outdated", title: "outdated" };
+        const isOutdated = asked <= times;
+        const body = JSON.stringify(isOutdated ? { status: "failed", problem } : { value: 1 });
+        const applied = isOutdated ? {} : { "Preference-Applied": "return=representation" };
+        return new Response(body, { headers: { Location: "v1/jobs/1", ...applied } });
+    };
+    const { compute, serve } = await import("/api.js");
+    serve({ trouble: () => {} });
+    const answer = await compute("grazing-curves", {}).then(({ data }) => data.value, () => "failed");
+    globalThis.fetch = seen;
+    return { asked, answer };
+}"""
+
+
+def test_a_job_of_a_version_that_is_gone_is_asked_for_once_more(page: Page) -> None:
+    assert page.evaluate(OUTDATED, 1) == {"asked": 2, "answer": 1}
+    assert page.evaluate(OUTDATED, 2) == {"asked": 2, "answer": "failed"}
+
+
+DRAGGED = """async () => {
+    const { chart, onDrag } = await import("/charts.js");
+    const names = { x: "x", y: "y" };
+    const drawn = chart({ title: "", x: [0, 1], y: [1000, 1000.5], names });
+    drawn.style.width = "640px";
+    document.body.replaceChildren(drawn);
+    document.body.style.margin = "0";
+    window.chosen = null;
+    onDrag(drawn, [0, 1], (...ends) => { window.chosen = ends; });
+    const { left, right, top, bottom } = drawn.querySelector(".frame").getBoundingClientRect();
+    return { left, right, middle: (top + bottom) / 2 };
+}"""
+
+
+def test_a_drag_over_a_chart_chooses_what_is_below_it(page: Page) -> None:
+    box = page.evaluate(DRAGGED)
+    for share, step in ((0.25, page.mouse.down), (0.75, page.mouse.up)):
+        page.mouse.move(box["left"] + share * (box["right"] - box["left"]), box["middle"], steps=3)
+        step()
+    assert page.evaluate("window.chosen") == pytest.approx([0.25, 0.75], abs=0.003)
+
+
+BASIN_RANGES = """async ([contact, stops]) => {
+    const { basins } = await import("/requests.js");
+    const machine = { oscillator: { masses: [1, 2], contact }, stops, left: null, periods: 400 };
+    const { horizontal, vertical } = basins(machine, [2, 1], 3);
+    return [horizontal, vertical].map(({ values }) => [values.start, values.stop]);
+}"""
+
+
+@pytest.mark.parametrize(
+    ("contact", "stops", "displacements", "fastest"),
+    [
+        (1, "equal", [-0.99, 0.99], 2),
+        (1, "right", [-1, 0.99], 2),
+        ([2, 1], "right", [-0.99, 1], 2),  # mass 1 moves away from the stop to the right
+        ({"row": [2, -1]}, "equal", [-0.495, 0.495], 1),
+        (2, "equal", [-0.99, 0.99], 2),
+    ],
+)
+def test_the_starts_of_basins_are_between_the_stops(
+    page: Page, contact: object, stops: str, displacements: list[float], fastest: float
+) -> None:
+    assert page.evaluate(BASIN_RANGES, [contact, stops]) == [displacements, [-fastest, fastest]]

@@ -7,6 +7,7 @@ export class Animation {
   #frame = null;
   #began = 0;
   #before = 0;
+  #now = 0; // the time that is drawn
 
   /** @param {HTMLCanvasElement} canvas  @param {{ hit?: (share: number) => void }} [act] */
   // `hit(share)` is called at each impact with its speed over the fastest one, while the animation plays.
@@ -57,6 +58,11 @@ export class Animation {
     this.#frame = null;
   }
 
+  // Draws what is shown again, unless it moves.
+  redraw() {
+    if (!this.playing) this.#draw(this.#now);
+  }
+
   // The displacements at a time, between two samples.
   #places(now) {
     const { time, masses } = this;
@@ -77,6 +83,7 @@ export class Animation {
   }
 
   #draw(now) {
+    this.#now = now;
     const ratio = globalThis.devicePixelRatio || 1;
     const { clientWidth: width, clientHeight: height } = this.canvas;
     const [across, up] = [width, height].map((length) => Math.round(length * ratio));

@@ -4,7 +4,7 @@ import { forTab } from "./kept.js";
 const FINISHED = ["successful", "failed", "dismissed"];
 const BUSY = [429, 502, 503, 504, 507];
 const WAIT_SECONDS = 20;
-export const NPZ = "application/x-npz";
+const NPZ = "application/x-npz";
 
 // One asker for each open page, so that pages that share a job give it up one by one.
 const asker = `explorer-${[...crypto.getRandomValues(new Uint8Array(9))].map((byte) => byte.toString(36)).join("")}`;
@@ -27,6 +27,7 @@ export const serve = (handlers) => Object.assign(page, handlers);
 
 const pause = (seconds, signal) =>
   new Promise((resolve, reject) => {
+    signal?.throwIfAborted();
     const stop = () => {
       clearTimeout(timer);
       reject(signal.reason);
@@ -58,10 +59,10 @@ async function answerTo(path, options) {
   }
 }
 
-// The answer to a request; waits while the service is busy or away. Throws a Problem for every other answer of 400 or
-// more.
+// The answer to a request; waits while the service is busy or away, unless `wanted` is aborted. Throws a Problem for every
+// other answer of 400 or more.
 /** @param {string} path  @param {Sending} [options]  @returns {Promise<Response>} */
-export async function send(path, { method = "GET", headers = {}, body, signal, keepalive } = {}) {
+export async function send(path, { method = "GET", headers = {}, body, signal, wanted = signal, keepalive } = {}) {
   for (;;) {
     /** @type {Record<string, string>} */
     const all = { "Grazemap-Client": asker, ...headers };
@@ -81,7 +82,7 @@ export async function send(path, { method = "GET", headers = {}, body, signal, k
     }
     if (!answer) {
       page.trouble("The service does not answer; trying again.");
-      await pause(RETRY_SECONDS, signal);
+      await pause(RETRY_SECONDS, wanted);
       continue;
     }
     if (answer.status === 401) {
@@ -91,7 +92,7 @@ export async function send(path, { method = "GET", headers = {}, body, signal, k
     const problem = new Problem(await answer.json().catch(() => ({})), answer.status);
     if (!BUSY.includes(answer.status)) throw problem;
     page.trouble(problem.message);
-    await pause(Number(answer.headers.get("Retry-After")) || RETRY_SECONDS, signal);
+    await pause(Number(answer.headers.get("Retry-After")) || RETRY_SECONDS, wanted);
   }
 }
 
@@ -116,6 +117,7 @@ export async function compute(process, request, { npz = false, priority, signal,
     ...(priority !== undefined && { Priority: `${priority}` }),
   };
   let id = null;
+  let isRepeated = false;
   try {
     for (let wait = 1; ; wait = WAIT_SECONDS) {
       // The first answer has the id, which giving up needs: so it is awaited even when `signal` is aborted.
@@ -124,6 +126,7 @@ export async function compute(process, request, { npz = false, priority, signal,
         headers: { ...headers, Prefer: `wait=${wait}, return=representation` },
         body: request,
         signal: id ? signal : undefined,
+        wanted: signal,
       });
       const isFirst = id === null;
       id = answer.headers.get("Location").split("/").pop();
@@ -133,6 +136,10 @@ export async function compute(process, request, { npz = false, priority, signal,
       }
       const job = await answer.json();
       if (signal?.aborted) throw signal.reason;
+      if (job.problem?.type.endsWith(":core-outdated") && !isRepeated) {
+        isRepeated = true; // the workers were updated: the next POST begins anew
+        continue;
+      }
       if (job.status === "failed") throw new Problem(job.problem ?? {}, 500);
       if (job.status === "dismissed" || isCancelled)
         throw new Problem({ detail: "The job was cancelled; moving the plane asks for it again." }, 409);

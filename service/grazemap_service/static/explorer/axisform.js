@@ -15,6 +15,8 @@ export class AxisForm {
     this.fields = [...this.form.querySelectorAll("input")];
     this.valuesOf = valuesOf;
     this.digits = digits;
+    // a number may be wrong beside another one alone
+    this.form.addEventListener("input", () => this.fields.forEach((field) => field.setCustomValidity("")));
     this.form.addEventListener("submit", (event) => {
       event.preventDefault();
       const values = this.#entered(domains());

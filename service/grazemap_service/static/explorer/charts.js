@@ -1,7 +1,7 @@
 // Small line charts as SVG.
 import { drawnAxes, layout, path, scales } from "./axes.js";
 import { drawing } from "./dom.js";
-import { ticks } from "./ticks.js";
+import { ticks, toRead } from "./ticks.js";
 
 const SIZE = { width: 320, height: 200 };
 const MARGIN = { left: 62, right: 14, top: 8, bottom: 36 };
@@ -92,14 +92,15 @@ export function chart({
 
 // Calls `chosen` with the two values of x between which one drags over a chart, the smaller first.
 export function onDrag(svg, x, chosen) {
-  const band = drawing("rect", { y: MARGIN.top, height: SIZE.height - MARGIN.top - MARGIN.bottom, class: "band" });
-  const width = SIZE.width - MARGIN.left - MARGIN.right;
+  const frame = svg.querySelector(".frame");
+  const [start, top, width, height] = ["x", "y", "width", "height"].map((name) => Number(frame.getAttribute(name)));
+  const band = drawing("rect", { y: top, height, class: "band" });
   const place = (event) => {
     const box = svg.getBoundingClientRect();
     const at = ((event.clientX - box.left) / box.width) * SIZE.width;
-    return Math.min(MARGIN.left + width, Math.max(MARGIN.left, at));
+    return Math.min(start + width, Math.max(start, at));
   };
-  const value = (at) => x[0] + ((at - MARGIN.left) / width) * (x[1] - x[0]);
+  const value = (at) => x[0] + ((at - start) / width) * (x[1] - x[0]);
   let from = null;
   const ends = (event) => [from, place(event)].sort((a, b) => a - b);
   svg.addEventListener("pointerdown", (event) => {
@@ -143,7 +144,7 @@ export function circle(multipliers, size) {
       x: re,
       y: im,
       kind: Math.hypot(re, im) < 1 ? "inside" : "outside",
-      text: `${re} ${im < 0 ? "−" : "+"} ${Math.abs(im)} i, modulus ${Math.hypot(re, im)}`,
+      text: `${toRead(re)} ${im < 0 ? "−" : "+"} ${toRead(Math.abs(im))} i, modulus ${toRead(Math.hypot(re, im))}`,
     })),
   });
 }

@@ -15,6 +15,21 @@ export function contactOf({ oscillator }, displacement) {
   return displacement[contact - 1];
 }
 
+// The number of masses.
+/** @param {Machine} machine */
+export function sizeOf({ oscillator }) {
+  const { masses, matrices } = complete(oscillator);
+  return masses?.length ?? matrices.mass.length;
+}
+
+// The contact coordinate of a displacement 1 of mass 1 alone.
+/** @param {Machine} machine */
+export const weightOf = (machine) =>
+  contactOf(
+    machine,
+    Array.from({ length: sizeOf(machine) }, (_, mass) => [mass ? 0 : 1]),
+  )[0];
+
 // The places of the left and the right stop; null where absent.
 export function stopsOf(machine, value) {
   const stops = clearance(machine, value);

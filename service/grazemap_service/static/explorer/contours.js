@@ -1,6 +1,8 @@
 // Lines on which a value of the points of a tile is zero, as where the steady motion touches a stop.
 import { along, isWithin } from "./lattice.js";
 
+const ROUND_OFF = 1e-9; // of the values around
+
 // The places of n points along a side in shares of it, with the ends, and their values there, which go on straight.
 const shares = (n) => [0, ...Array.from({ length: n }, (_, k) => (k + 0.5) / n), 1];
 function toTheEnds(values) {
@@ -9,11 +11,18 @@ function toTheEnds(values) {
   return [first - (second - first) / 2, ...values, last + (last - before) / 2];
 }
 
+// The values [column][row] of n x n points, a row after the other from below, and at the edges.
+function grid(values, n) {
+  const rows = Array.from({ length: n }, (_, row) => toTheEnds([...values.subarray(row * n, (row + 1) * n)]));
+  return rows[0].map((_, column) => toTheEnds(rows.map((row) => row[column])));
+}
+
 // The zeros of values of n x n points, a row after the other from below, as the ends of short lines in shares of the
 // tile's sides: x0, y0, x1, y1, and so on. Between two points, and as far as the edges, the value is taken to be linear.
-export function zeros(values, n) {
-  const rows = Array.from({ length: n }, (_, row) => toTheEnds([...values.subarray(row * n, (row + 1) * n)]));
-  const columns = rows[0].map((_, column) => toTheEnds(rows.map((row) => row[column])));
+// A line is left out where the value of `others` on it is negative, by more than round-off.
+export function zeros(values, n, others = null) {
+  const columns = grid(values, n);
+  const limits = others && grid(others, n);
   const at = shares(n);
   const ends = [];
   for (let row = 0; row + 1 < at.length; row++)
@@ -25,11 +34,14 @@ export function zeros(values, n) {
         [column, row + 1],
       ];
       const crossed = [];
+      const sizes = limits ? corners.map(([i, j]) => Math.abs(limits[i][j])) : [];
+      const least = -ROUND_OFF * Math.max(...sizes);
       for (let k = 0; k < 4; k++) {
         const [[i, j], [to, up]] = [corners[k], corners[(k + 1) % 4]];
         const [start, end] = [columns[i][j], columns[to][up]];
         if (start < 0 === end < 0 || !Number.isFinite(start + end)) continue;
         const part = start / (start - end);
+        if (limits && along([limits[i][j], limits[to][up]], part) < least) continue;
         crossed.push(at[i] + part * (at[to] - at[i]), at[j] + part * (at[up] - at[j]));
       }
       ends.push(...crossed.slice(0, 2 * 2 * Math.floor(crossed.length / 4)));

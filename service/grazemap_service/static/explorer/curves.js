@@ -4,7 +4,7 @@
 import { compute, isAborted } from "./api.js";
 import { indices } from "./lattice.js";
 import { percent } from "./layers.js";
-import { isUsual } from "./parameters.js";
+import { isUsual, within } from "./parameters.js";
 import * as requests from "./requests.js";
 
 export const CURVE_POINTS = 513; // of a grazing curve
@@ -32,8 +32,7 @@ function around([low, high], domain) {
   const exponent = Math.min(Math.ceil(Math.log2((high - low) / 4)), Math.log2(domain[1] - domain[0]));
   const parts = indices([low, high], exponent, domain);
   const size = 2 ** exponent;
-  const least = domain[0] === 0 ? size / 2 ** 10 : -Infinity; // many parameters are not 0
-  return [Math.max(parts[0] * size, least), (parts[parts.length - 1] + 1) * size];
+  return within([parts[0] * size, (parts[parts.length - 1] + 1) * size], domain);
 }
 
 // Whether there are bifurcation curves over a plane without a motion to begin with.
@@ -56,11 +55,9 @@ export function linesOf({ admissible, stable_beside: stable, ...curve }, palette
     dashed: !admissible,
     text: `${named(curve)}${admissible ? "" : ", where its orbits are not admissible"}`,
   };
-  const where = (isDrawn) => whole.y.map((value, k) => (isDrawn(k) ? value : null));
-  const ends = { ...whole, y: where((k) => stable[k]) };
-  const y = where((k) => [k - 1, k, k + 1].some((near) => stable[near] === false)); // as far as the other line begins
-  const unstable = { ...whole, y, thin: true, text: `${whole.text}; the motion is unstable on both sides` };
-  return [...(stable.includes(false) ? [unstable] : []), ...(stable.includes(true) ? [ends] : [])];
+  const [ends, unstable] = split(whole, stable);
+  const text = `${whole.text}; the motion is unstable on both sides`;
+  return [unstable && { ...unstable, thin: true, text }, ends].filter(Boolean);
 }
 
 // Why two motions meet at a border.
@@ -81,13 +78,37 @@ const borderCurve = ({ admissible, ...curve }, palette) => ({
   text: `${named(curve)}, which explains ${curve.pairs} pairs of points`,
 });
 
-// Where a curve has a value; linear between its points, which are close.
-const crossings = (x, y, value) =>
-  x.flatMap((right, k) => {
-    const [before, after] = [y[k - 1] - value, y[k] - value];
-    if (!k || before * after > 0 || before === after) return [];
-    return [x[k - 1] + (before / (before - after)) * (right - x[k - 1])];
+// Where a curve has a value, as a number of points from its first one; linear between its points, which are close.
+const crossings = (y, value) =>
+  y.flatMap((end, k) => {
+    const [before, after] = [y[k - 1] - value, end - value];
+    return !k || before * after > 0 || before === after ? [] : [k - 1 + before / (before - after)];
   });
+// The value so many points from the first one.
+const valueAt = (values, place) => {
+  const k = Math.min(Math.floor(place), values.length - 2);
+  return values[k] + (place - k) * (values[k + 1] - values[k]);
+};
+
+const grazeText = (stop) =>
+  `Grazing curve: on it the steady motion just touches the ${stop}, at speed zero; above it that motion stays clear, ` +
+  "beside motions that hit.";
+const virtualText = (stop, other) =>
+  `Here the steady motion would just touch the ${stop} stop, if it did not meet the ${other} stop before.`;
+
+// The parts of a line where flags are true, and where they are false, as far as the other part begins; null for a part
+// without a point.
+function split(line, flags) {
+  const part = (isDrawn) => ({ ...line, y: line.y.map((value, k) => (isDrawn(k) ? value : null)) });
+  const isFalse = (k) => [k - 1, k, k + 1].some((near) => flags[near] === false);
+  return [flags.includes(true) ? part((k) => flags[k]) : null, flags.includes(false) ? part(isFalse) : null];
+}
+
+// Of a codimension-two point that is no recurrence.
+const TOUCHES = {
+  "double-graze": "the steady motion touches both stops",
+  corner: "the steady motion touches a stop twice in a period",
+};
 
 // What is drawn: the process that is asked for it, and its name.
 const WHAT = {
@@ -115,7 +136,7 @@ export class Curves {
     if (this.family !== family) {
       // the grazing curve stands until the one of the next machine comes, as the plane does
       for (const name of Object.keys(WHAT)) if (name !== "graze") this.#forget(name);
-      for (const what of Object.keys(this.wanted)) this.#leave(what);
+      this.stop();
     }
     this.family = family;
     const [across, up] = [around(x, domains.x), around(y, domains.y)];
@@ -146,6 +167,11 @@ export class Curves {
     delete this.wanted[what];
   }
 
+  // Gives up what is being computed.
+  stop() {
+    for (const what of Object.keys(this.wanted)) this.#leave(what);
+  }
+
   // Forgets what has failed, so that it is asked for again; returns whether anything has.
   forgive() {
     const hadFailed = this.#failed.size > 0;
@@ -174,7 +200,8 @@ export class Curves {
       };
       const { id, data } = await compute(WHAT[what][0], request, { signal: running.abort.signal, priority: 8, onJob });
       this.#kept.set(name, { ...data, id });
-      if (this.#kept.size > KEPT) this.#kept.delete(this.#kept.keys().next().value);
+      const wanted = new Set(Object.values(this.wanted).map((question) => question.name));
+      if (this.#kept.size > KEPT) this.#kept.delete([...this.#kept.keys()].find((other) => !wanted.has(other)));
     } catch (error) {
       if (!isAborted(error) && !running.abort.signal.aborted) {
         this.#failed.add(name);
@@ -201,21 +228,29 @@ export class Curves {
     const curve = this.answer("graze");
     const lines = [];
     if (curve) {
-      const grazes = (stop) =>
-        `Grazing curve: on it the steady motion just touches the ${stop}, at speed zero; above it that motion stays clear, ` +
-        "beside motions that hit.";
-      if (curve.clearance)
-        lines.push({ x: curve.omega, y: curve.clearance, colour: ink, text: grazes("stops"), isGraze: true });
-      for (const stop of ["right", "left"]) {
-        const values = curve[`clearance_${stop}`];
-        if (values) lines.push({ x: curve.omega, y: values, colour: ink, text: grazes(`${stop} stop`), isGraze: true });
+      const x = curve.omega;
+      if (curve.clearance) lines.push({ x, y: curve.clearance, colour: ink, text: grazeText("stops"), isGraze: true });
+      for (const [stop, other] of Object.entries({ right: "left", left: "right" })) {
+        const y = curve[`clearance_${stop}`];
+        if (!y) continue;
+        const [virtual, real] = split({ x, y, colour: ink }, curve[`virtual_${stop}`]);
+        if (real) lines.push({ ...real, text: grazeText(`${stop} stop`), isGraze: true });
+        if (virtual) lines.push({ ...virtual, text: virtualText(stop, other), dashed: true });
       }
     }
     const beside = this.answer("beside");
     if (beside) {
-      const text = "Here the steady motion just touches the left stop, which is fixed.";
-      for (const x of crossings(beside.omega, beside.clearance_left, this.left))
-        lines.push({ x: [x, x], y: this.up, colour: ink, text });
+      const [low, high] = this.up;
+      for (const place of crossings(beside.clearance_left, this.left)) {
+        const x = valueAt(beside.omega, place);
+        // nearer than where it is touched, the right stop is met first
+        const touched = curve?.clearance_right ? valueAt(curve.clearance_right, place) : low;
+        const from = Math.min(Math.max(low, touched), high);
+        const line = (start, end, more) => lines.push({ x: [x, x], y: [start, end], colour: ink, ...more });
+        if (from < high)
+          line(from, high, { text: "Here the steady motion just touches the left stop, which is fixed." });
+        if (low < from) line(low, from, { text: virtualText("left", "right"), dashed: true });
+      }
     }
     return [...lines, ...(this.answer("bifurcations")?.curves ?? []).flatMap((piece) => linesOf(piece, this.palette))];
   }
@@ -252,24 +287,30 @@ export class Curves {
     return [...lines.values(), ...borders.curves.map((curve) => borderCurve(curve, this.palette))];
   }
 
+  #meaningOf({ kind, bifurcation, multiple, order }) {
+    if (kind === "resonant")
+      return `Resonant point: a ${NAMES[bifurcation]} curve of motions of period ${multiple} leaves the grazing curve here.`;
+    if (kind === "recurrence")
+      return `Recurrence point of order ${order}: the graze recurs after ${order} half periods.`;
+    return `Codimension-two point: ${TOUCHES[kind]}.`;
+  }
+
   marks() {
     const ink = this.palette.ink;
     return (this.answer("graze")?.points ?? []).map((point) => {
       const resonant = point.kind === "resonant";
+      const virtual =
+        point.margin < 0 ? " The steady motion meets the other stop before, so no motion begins here." : "";
       return {
         x: point.omega,
         y: point.clearance,
         shape: resonant ? "diamond" : "circle",
         type: point.bifurcation,
+        order: point.order,
         colour: resonant
           ? this.palette.bifurcations[point.bifurcation]
-          : (this.palette.orders[(point.order ?? 1) - 1] ?? ink),
-        text: resonant
-          ? `Resonant point: a ${NAMES[point.bifurcation]} curve of motions of period ${point.multiple} ` +
-            "leaves the grazing curve here."
-          : point.kind === "recurrence"
-            ? `Recurrence point of order ${point.order}: the graze recurs after ${point.order} half periods.`
-            : `Codimension-two point: ${point.kind}.`,
+          : (point.order && this.palette.orders[point.order - 1]) || ink,
+        text: this.#meaningOf(point) + virtual,
       };
     });
   }

@@ -45,8 +45,8 @@ async function tileOf(buffer, observables) {
   const tile = { ...labelled({ kind, kinds, period, impacts_right, impacts_left }), ...rest };
   const points = Math.sqrt(kind.length);
   if (tile.sensitive) tile.sensitiveShare = tile.sensitive.reduce((sum, flag) => sum + Number(flag), 0) / kind.length;
-  if (margin_right) tile.graze_right = zeros(margin_right, points);
-  if (margin_left) tile.graze_left = zeros(margin_left, points);
+  if (margin_right) tile.graze_right = zeros(margin_right, points, margin_left);
+  if (margin_left) tile.graze_left = zeros(margin_left, points, margin_right);
   return tile;
 }
 

@@ -4,7 +4,7 @@ import { linesOf } from "./curves.js";
 import { byId, element, swatch } from "./dom.js";
 import { numbered } from "./labels.js";
 import { percent } from "./layers.js";
-import { parameter } from "./parameters.js";
+import { parameter, within } from "./parameters.js";
 import * as requests from "./requests.js";
 import { toRead } from "./ticks.js";
 import { named, shown, unitOf } from "./units.js";
@@ -18,7 +18,7 @@ export async function showBasins(panel) {
   const columns = label[0].length;
   const canvas = element("canvas", { width: columns, height: rows });
   const names = numbered(attractors.map((attractor) => attractor.label ?? attractor.kind));
-  const looks = panel.colours.together([...names, "unresolved"], Infinity);
+  const looks = panel.colours.beside([...names, "unresolved"]);
   const pen = canvas.getContext("2d");
   const image = pen.createImageData(columns, rows);
   label.forEach((row, i) =>
@@ -60,9 +60,9 @@ export async function showBranch(panel) {
   const { machine, at, state } = panel;
   const [x, y] = state.at;
   const [low, high] = state.y;
-  const { name, text, quantity, factor } = parameter(state.plane.vertical, machine);
+  const { name, text, quantity, factor, domain } = parameter(state.plane.vertical, machine);
   const times = factor ? y : 1; // a branch starts where its factor is 1
-  const range = [Math.min(low, y) / times, Math.max(high, y) / times];
+  const range = within([Math.min(low, y), Math.max(high, y)], domain).map((end) => end / times);
   const branch = await panel.compute("orbit-branches", requests.branch(machine, at, name, range, panel.start));
   if (!branch.parameter.length) throw new Error(branch.reason);
   const read = (value) => shown(machine, quantity, times * value);
@@ -123,7 +123,11 @@ export async function showBranch(panel) {
 }
 
 export async function showCurves(panel) {
-  const { machine, plane, at, x, y } = panel.state;
+  const { machine, plane, at } = panel.state;
+  const [x, y] = ["x", "y"].map((side, k) => {
+    const name = [plane.horizontal, plane.vertical][k];
+    return within(panel.state[side], parameter(name, machine).domain);
+  });
   const data = await panel.compute("bifurcation-curves", requests.curvesOf(machine, plane, at, panel.orbit, { x, y }));
   const lines = data.curves.flatMap((piece) => linesOf(piece, panel.colours.palette));
   const reason = data.motions?.[0]?.reason;

@@ -18,7 +18,8 @@ export class Gestures {
     on("pointerdown", (event) => this.#down(event));
     on("pointermove", (event) => this.#move(event));
     on("pointerup", (event) => this.#up(event));
-    on("pointercancel", (event) => this.#end(event));
+    for (const name of ["pointercancel", "lostpointercapture"])
+      on(name, (event) => this.#pointers.has(event.pointerId) && this.#end(event));
     // what a finger has tapped is read until the next tap
     on("pointerleave", ({ pointerType }) => pointerType !== "touch" && act.point(null));
     on("wheel", (event) => this.#wheel(event), { passive: false });
@@ -42,7 +43,7 @@ export class Gestures {
 
   #distance() {
     const [pointer, other] = [...this.#pointers.values()];
-    return Math.hypot(pointer.px - other.px, pointer.py - other.py);
+    return Math.max(1, Math.hypot(pointer.px - other.px, pointer.py - other.py));
   }
 
   #move(event) {
@@ -76,7 +77,7 @@ export class Gestures {
     this.#end(event);
     if (!gesture || gesture.kind === "pinch") return;
     if (!gesture.moved) {
-      if (!this.plane.inside(place)) return;
+      if (!this.plane.inside(place) || !this.plane.view) return;
       this.act.point(place);
       this.act.pick(this.plane.value(place));
     } else if (gesture.kind === "box") this.#showBox(gesture.from, place);
@@ -84,8 +85,9 @@ export class Gestures {
 
   #end(event) {
     this.#pointers.delete(event.pointerId);
-    const [left] = this.#pointers.values(); // a finger that stays after two have pinched moves the plane
-    this.#gesture = left ? { kind: "pan", from: left, last: left, moved: true } : null;
+    const [left, other] = this.#pointers.values(); // a finger that stays after two have pinched moves the plane
+    if (other) this.#gesture = { kind: "pinch", distance: this.#distance() };
+    else this.#gesture = left ? { kind: "pan", from: left, last: left, moved: true } : null;
     this.plane.box = null;
     this.plane.draw();
   }
@@ -100,7 +102,7 @@ export class Gestures {
   }
 
   #wheel(event) {
-    if (!this.act.takesWheel()) return;
+    if (!this.plane.view || !this.act.takesWheel()) return;
     event.preventDefault();
     const place = this.#place(event);
     const lines = event.deltaMode === 1 ? 16 : 1;
@@ -121,7 +123,7 @@ export class Gestures {
       Home: () => this.act.home(),
       Enter: () => this.act.pick(this.plane.centre, { byKey: true }),
     };
-    if (event.ctrlKey || event.metaKey || event.altKey || !keys[event.key]) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || !keys[event.key] || !this.plane.view) return;
     event.preventDefault();
     this.act.point(this.plane.middle);
     keys[event.key]();

@@ -80,7 +80,8 @@ function lookOf(colour, hatching = 0) {
 
 // Motions with a short period and few impacts come first, and what has no numbers last.
 const simplestFirst = (label, other) => {
-  const [size, otherSize] = [label, other].map((text) => (text.match(/\d+/g) ?? [Infinity]).map(Number));
+  const numbersOf = (text) => (text.match(/\d+|∞/g) ?? ["∞"]).map((part) => (part === "∞" ? Infinity : Number(part)));
+  const [size, otherSize] = [label, other].map(numbersOf);
   const k = size.findIndex((number, place) => number !== otherSize[place]);
   return k < 0 ? (label < other ? -1 : 1) : size[k] - (otherSize[k] ?? 0);
 };
@@ -123,9 +124,10 @@ export class Colours {
   }
 
   // The looks of different labels that are seen together, the largest share first, in a map; the legend names so many.
-  together(labels, most = NAMED) {
-    const taken = new Set();
-    const looks = new Map();
+  // Labels with a `given` look have it, and no other label has one of these.
+  together(labels, most = NAMED, given = new Map()) {
+    const taken = new Set([...given.values()].map(({ text }) => text));
+    const looks = new Map(labels.filter((label) => given.has(label)).map((label) => [label, given.get(label)]));
     const give = (label, candidates) => {
       for (const look of candidates) {
         if (taken.has(look.text)) continue;
@@ -135,7 +137,7 @@ export class Colours {
       return null;
     };
     const seen = new Set(labels);
-    const named = Object.keys(this.#named).filter((label) => seen.has(label));
+    const named = Object.keys(this.#named).filter((label) => seen.has(label) && !looks.has(label));
     const first = labels.slice(0, most).sort(simplestFirst);
     for (const label of named) taken.add(give(label, this.#candidates(label)));
     for (const label of first) if (!looks.has(label)) taken.add(give(label, this.#candidates(label)));
@@ -151,6 +153,11 @@ export class Colours {
       if (before && before.text !== look.text) this.version += 1;
       this.#looks.set(label, look);
     }
+  }
+
+  // The looks of labels that are shown beside the view: those of its labels are as there.
+  beside(labels) {
+    return this.together(labels, Infinity, new Map(this.#shown.map((label) => [label, this.of(label)])));
   }
 
   of(label) {

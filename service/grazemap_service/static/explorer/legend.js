@@ -14,7 +14,7 @@ export class Legend {
   #isWhole = false;
   #hasGrown = false; // since it was shown last
   #meanings = [];
-  #inSight = { motions: [], ramp: null };
+  #inSight = { motions: [], ramp: null, key: "" };
 
   // `names` are those of bifurcations, `meanings` what they do; `changed` is called when a motion was switched off or on.
   constructor({ colours, names, meanings, changed }) {
@@ -27,16 +27,20 @@ export class Legend {
         colours: [bifurcations[type]],
         text: `${type}: ${name}; ${meanings[type]}`,
       })),
-      { isSeen: ({ dashed }) => dashed, text: "Dashed: no motion follows it, as its orbits are not admissible." },
+      { isSeen: ({ dashed }) => dashed, text: "Dashed: no motion follows it, as a stop is met before." },
       {
         isSeen: ({ isBorder }) => isBorder,
         text: "Thin dark lines: borders between motions; point at one to read why it is there.",
       },
       { isSeen: ({ thin, type }) => thin && type, text: "Thin: the motion is unstable on both sides." },
       {
-        isSeen: ({ shape }) => shape === "circle",
+        isSeen: ({ shape, order }) => shape === "circle" && order,
         text: "Circles: the touch recurs after so many half periods:",
         numbered: orders,
+      },
+      {
+        isSeen: ({ shape, order }) => shape === "circle" && !order,
+        text: "Dark circles: both stops are touched, or one stop twice in a period.",
       },
     ].map((/** @type {any} */ { colours: before = [], numbered = [], ...meaning }) => {
       const after = numbered.flatMap((colour, k) => [swatch(colour), ` ${k + 1} `]);
@@ -48,16 +52,19 @@ export class Legend {
 
   // Says what the curves and marks in a window mean.
   explain({ lines, marks }, { x, y }) {
-    const inside = (value, [low, high]) => value !== null && low <= value && value <= high;
-    const drawn = [
-      ...lines.filter((line) => line.x.some((value, k) => inside(value, x) && inside(line.y[k], y))),
-      ...marks.filter((mark) => inside(mark.x, x) && inside(mark.y, y)),
-    ];
-    for (const { isSeen, item } of this.#meanings) item.hidden = !drawn.some(isSeen);
+    const meets = ([low, high], ...ends) => Math.max(...ends) >= low && Math.min(...ends) <= high;
+    const isSeen = (line) =>
+      line.x.some((value, k) => {
+        const near = k && line.y[k - 1] !== null ? k - 1 : k; // a line may pass between its points
+        return line.y[k] !== null && meets(x, value, line.x[near]) && meets(y, line.y[k], line.y[near]);
+      });
+    const drawn = [...lines.filter(isSeen), ...marks.filter((mark) => meets(x, mark.x) && meets(y, mark.y))];
+    for (const meaning of this.#meanings) meaning.item.hidden = !drawn.some(meaning.isSeen);
   }
 
-  // What the legend says of what is in sight: { motions, ramp, meanings }. Motions are { label, share }, meanings
-  // { text, before, numbered } with their colours; `ramp` is { text, missing, diverging } where values are shown.
+  // What the legend says of what is in sight: { motions, ramp, key, meanings }. Motions are { label, share }, meanings
+  // { text, before, numbered } with their colours; `ramp` is { text, missing, diverging } where values are shown, `key`
+  // the text that explains motions elsewhere.
   get inSight() {
     return { ...this.#inSight, meanings: this.#meanings.filter(({ item }) => !item.hidden) };
   }
@@ -72,7 +79,13 @@ export class Legend {
     if (field) this.#showRamp(state, range);
     else this.#showMotions(motions);
     const ramp = field && { ...this.#rampOf(state, range), diverging: LAYERS[state.layer].diverging };
-    this.#inSight = { motions: motions.slice(0, NAMED).filter(({ label }) => !this.hidden.has(label)), ramp };
+    const key = field ? "" : byId("legend-key").textContent.replace(/\s+/g, " ");
+    const others = Math.max(0, motions.length - NAMED);
+    this.#inSight = {
+      motions: motions.slice(0, NAMED).filter(({ label }) => !this.hidden.has(label)),
+      ramp,
+      key: others ? `And ${others === 1 ? "one other" : `${others} others`}. ${key}` : key,
+    };
   }
 
   #rampOf({ layer, machine }, range) {

@@ -32,11 +32,11 @@ export class Living {
   }
 
   // Shows a machine at [omega, clearance] beside a place on the canvas, in the colour of its motion, with its name and
-  // `words` for it.
-  show({ machine, at, colour, text, words, place, size }) {
+  // `words` for it; it repeats after so many forcing periods where `period` is not null.
+  show({ machine, at, colour, text, words, period, place, size }) {
     this.#put(place, size);
     this.figure.querySelector("figcaption").replaceChildren(text, element("small", { textContent: words }));
-    this.#next = { machine, at, colour };
+    this.#next = { machine, at, colour, periods: Math.max(SHOWN.periods, period ?? 0) };
     this.#ask();
   }
 
@@ -67,8 +67,8 @@ export class Living {
 
   async #ask() {
     if (this.#asking || !this.#next) return;
-    const { machine, at, colour } = this.#next;
-    const request = requests.trajectory(machine, at, { transient: machine.periods, ...SHOWN });
+    const { machine, at, colour, periods } = this.#next;
+    const request = requests.trajectory(machine, at, { transient: machine.periods, ...SHOWN, periods });
     const name = JSON.stringify(request);
     this.#next = null;
     const kept = this.#kept.get(name);

@@ -109,6 +109,7 @@ export class MachineForm {
     fields.left.value = entry(machine, "length", left);
     byId("left-unit").textContent = unitOf(machine, "length");
     fields.periods.value = periods;
+    if (!fields.periods.value) fields.periods.add(new Option(periods, periods, false, true)); // as links have it
     for (const name of FIELDS) fields[name].value = textOf(name, others[name]);
     const further = Object.fromEntries(Object.entries(others).filter(([name]) => !FIELDS.includes(name)));
     fields.further.value = Object.keys(further).length ? JSON.stringify(further) : "";
@@ -145,6 +146,7 @@ export class MachineForm {
     const entered = stops === "unequal" ? Number(fields.left.value || NaN) : null;
     const left = inSI({ oscillator }, "length", entered);
     if (Number.isNaN(left) && fields.left.value) errors.left = `${notNumber(fields.left.value)}.`;
+    else if (left !== null && left <= 0) errors.left = "The distance must be above 0.";
     else if (Number.isNaN(left)) missing.left = "Enter the distance of the left stop.";
     const reminders = Object.entries(missing).filter(([name]) => this.#touched.has(name));
     this.#say({ ...Object.fromEntries(reminders), ...errors });

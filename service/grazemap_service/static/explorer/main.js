@@ -1,6 +1,6 @@
 // The explorer: a page over the plane of forcing frequency and clearance, or of two other parameters. It is a client of
 // the public API only.
-import { serve } from "./api.js";
+import { send, serve } from "./api.js";
 import * as address from "./address.js";
 import { AxisForm } from "./axisform.js";
 import { grazes } from "./contours.js";
@@ -18,7 +18,7 @@ import { followed } from "./links.js";
 import { Living } from "./living.js";
 import { MachineForm } from "./machine.js";
 import { arrangeMenus } from "./menus.js";
-import { inWords } from "./motionwords.js";
+import { inWords, periodOf } from "./motionwords.js";
 import { Overview } from "./overview.js";
 import { USUAL, intervalAbout, isUsual, parameter, placeOf, valueOf } from "./parameters.js";
 import { PlaceCard } from "./placecard.js";
@@ -51,14 +51,14 @@ const { paper } = PRESETS;
 const STANDARD = { ...address.UNSAID, x: paper.x, y: paper.y };
 
 const [palette, observables] = await Promise.all(
-  ["palette", "observables"].map(async (name) => (await fetch(`static/${name}.json`)).json()),
+  ["palette", "observables"].map(async (name) => (await send(`static/${name}.json`)).json()),
 );
 addObservables(observables);
 const colours = new Colours(palette);
 const isBare = !location.hash && !isFramed;
 let state = { ...STANDARD };
 let ofPoint = { lines: [], marks: [] }; // what the point draws into the plane
-let before = []; // the tiles that were in sight last, until those of another machine come
+let before = { tiles: [], axes: "" }; // the tiles that were in sight last, until those of another machine come
 let place = null; // where the pointer is on the canvas of the plane; null: elsewhere
 const NEAR_GRAZE =
   "The motion without impacts just touches a stop here, at speed zero; from rest the machine may come to another motion.";
@@ -193,7 +193,7 @@ const pointForm = new AxisForm("point-form", {
   valuesOf: ({ at }) => at,
   chosen: ([x, y]) => {
     const { x: across, y: up } = domains();
-    plane.go({ x: around(x, state.x, across), y: around(y, state.y, up) }, { now: true });
+    plane.go({ x: around(x, state.x, across), y: around(y, state.y, up) });
     open([x, y]);
     byId("view-section").open = false;
     byId("point-name").focus();
@@ -256,11 +256,13 @@ function openPlace() {
   return placeOf(state.machine, state.plane, state.at ?? [x, y]).at;
 }
 
-// A window in the units of its axes.
-const inUnits = ({ x, y }) => ({
-  x: shown(state.machine, parameter(state.plane.horizontal).quantity, x),
-  y: shown(state.machine, parameter(state.plane.vertical).quantity, y),
-});
+// How a window of a machine's plane is told in the units of its axes.
+const unitsOf =
+  ({ machine, plane: { horizontal, vertical } }) =>
+  ({ x, y }) => ({
+    x: shown(machine, parameter(horizontal).quantity, x),
+    y: shown(machine, parameter(vertical).quantity, y),
+  });
 
 // Shows a changed part of the state.
 function change(part) {
@@ -348,15 +350,18 @@ async function restore() {
   plane.view = { x: state.x, y: state.y };
   story.forget();
   change({});
-  if (!state.at) point.clear();
-  else if (["at", "machine", "plane", "policy", "units"].some(differs)) {
+  if (!state.at) {
+    const isRead = byId("point-section").contains(document.activeElement);
+    point.clear();
+    if (isRead) plane.canvas.focus();
+  } else if (["at", "machine", "plane", "policy", "units"].some(differs)) {
     uncover();
     openPanel();
   }
   overview.show(state.machine, isUsual(state.plane) ? state : null);
   showEmbedded();
   if (map instanceof Error) fail(map);
-  else if (map?.points) showStored(map, id);
+  else if (map?.points && !faults.length) showStored(map, id); // else the points are those of another view
 }
 
 // The address of the view of a stored map, with the controls of a hash; of a fault, that of the usual view.
@@ -468,13 +473,14 @@ function show() {
   }
   // the motions stand until other values come, and a machine until another one does
   const motionsBelow = family() === familyOf() ? [] : tiles.within(familyOf(), state).filter(({ image }) => image);
-  const below = motionsBelow.length ? motionsBelow : before;
-  if (seenTiles.length) before = seenTiles;
+  const { horizontal, vertical } = state.plane;
+  const axes = `${horizontal} ${vertical}`;
+  const below = motionsBelow.length ? motionsBelow : before.axes === axes ? before.tiles : [];
+  if (seenTiles.length) before = { tiles: seenTiles, axes };
   const axis = (name) => {
     const { text, symbol = text, quantity } = parameter(name, state.machine);
     return named(isPhone() ? symbol : text, state.machine, quantity); // which leaves room for numbers
   };
-  const { horizontal, vertical } = state.plane;
   plane.scene = {
     below,
     tiles: seenTiles,
@@ -487,7 +493,7 @@ function show() {
     marks: [...curves.marks(), ...ofPoint.marks],
     at: state.at && { x: state.at[0], y: state.at[1] },
     names: { x: axis(horizontal), y: axis(vertical) },
-    inUnits,
+    inUnits: unitsOf(state),
   };
   plane.draw();
   byId("home").hidden = isAtHome();
@@ -501,11 +507,12 @@ function show() {
   story.look({
     window: state,
     centre: plane.centre,
-    line: curves.lines()[0],
+    line: curves.lines().find(({ isGraze }) => isGraze),
     labelAt: (x, y) => reading(seenTiles, x, y)?.label ?? null,
     placeOf: (at) => plane.place(at),
   });
   sliders.show(state, slidersOf(state.embed));
+  point.redraw();
   say(seenTiles);
   return live(seenTiles);
 }
@@ -572,6 +579,7 @@ function live(seenTiles) {
     colour: isFromRest ? colours.of(known.label).colour : palette.kinds.other,
     text: isFromRest ? known.label : state.policy === "rest" ? "" : STARTS.rest.phrase,
     words: isFromRest ? inWords(known.label, machine) : "",
+    period: known && periodOf(known.label),
     place: here,
     size: plane,
   });
@@ -634,31 +642,39 @@ const taken = offer(() => {
   const { x: across, y: up } = plane.centre;
   const middle = ({ x: [left, right], y: [low, high] }) =>
     Number(left <= across && across < right && low <= up && up < high);
+  const [{ x: columns, y: rows }, within] = [levels(), domains()];
+  const view = { ...state }; // as it is now, whatever is shown while a picture is made
   return {
-    state,
+    state: view,
     link: location.href,
     ...plane.scene,
+    inUnits: unitsOf(view),
     marks: plane.marksApart,
     image: plane.image(),
-    size: plane,
+    size: { width: plane.width, height: plane.height },
     legend: legend.inSight,
     lookOf: (label) => colours.of(label),
     ranges: (most) => {
-      const { x: columns, y: rows } = levels();
-      if (isSweep(state.policy)) return { x: partsOf(address.endsOf(state.x)), y: partsOf(address.endsOf(state.y)) };
+      if (isSweep(view.policy)) return { x: partsOf(address.endsOf(view.x)), y: partsOf(address.endsOf(view.y)) };
       const side = Math.floor(Math.sqrt(most));
       return {
-        x: pointsOf(state.x, columns.exponent, domains().x, side),
-        y: pointsOf(state.y, rows.exponent, domains().y, side),
+        x: pointsOf(view.x, columns.exponent, within.x, side),
+        y: pointsOf(view.y, rows.exponent, within.y, side),
       };
     },
     tiles: tiles.ofView().sort((tile, other) => middle(tile) - middle(other)),
   };
 });
 // The jobs that only this page waits for end with it; a page that comes back from the browser's cache asks again.
-addEventListener("pagehide", () => tiles.show("", null, [], domains()));
+addEventListener("pagehide", () => {
+  tiles.show("", null, [], domains());
+  curves.stop();
+  point.stop();
+});
 addEventListener("pageshow", ({ persisted }) => {
-  if (persisted) change({});
+  if (!persisted) return;
+  change({});
+  if (state.at) openPanel();
 });
 await restore();
 if (isBare && !Story.wasSeen) story.begin();

@@ -14,9 +14,14 @@ const OTHER = {
 // The hits of a label on a stop, in words.
 function hits(count, where) {
   if (count === "(-1)") return `no hit${where}`;
+  if (count === "0") return `rest without a hit${where}`;
   if (count === "∞") return `a series of hits${where} that comes to rest`;
   return `${count} ${count === "1" ? "hit" : "hits"}${where}`;
 }
+
+// The number of forcing periods after which a motion repeats; null where its label says none.
+/** @param {string} label */
+export const periodOf = (label) => Number(PERIODIC.exec(label)?.[1] ?? NaN) || null;
 
 // What a label says of a machine, as "Every 2 periods: 3 hits on the right, 2 hits on the left"; "" of an unknown name.
 /** @param {string} label  @param {Machine} machine */

@@ -3,8 +3,9 @@ import { contactOf, stopsOf } from "./contact.js";
 
 // `path` is a trajectory of a machine at [omega, clearance]; a periodic motion is repeated, another one is shown whole.
 export function moving(machine, at, path, colour) {
-  const { time, displacement, impacts, motion } = path;
-  const period = (2 * Math.PI) / at[0];
+  const { time, displacement, impacts, motion, meta } = path;
+  // of the forces, which may be a part of that of omega
+  const period = (time[1] - time[0]) * meta.request.samples_per_period;
   const whole = time[time.length - 1] - time[0];
   const { contact = 1, matrices } = machine.oscillator ?? {};
   const isChain = !matrices && !contact.row;

@@ -1,8 +1,8 @@
 // Other motions at an open point: those to which other starts lead, and the one that a longer watch names.
+import { sizeOf } from "./contact.js";
 import { byId, element, swatch } from "./dom.js";
 import { numbered } from "./labels.js";
 import { percent } from "./layers.js";
-import { complete } from "./parameters.js";
 import * as requests from "./requests.js";
 
 const STATES = 64;
@@ -19,7 +19,7 @@ export function motionsOf({ attractors, share, unresolved }) {
 }
 
 // So many states with random velocities up to `most`, the same ones each time, with every mass where it is at rest.
-export function startsOf(count, masses, most) {
+function startsOf(count, masses, most) {
   let seed = 1;
   const random = () => {
     seed = (16807 * seed) % 2147483647;
@@ -31,8 +31,7 @@ export function startsOf(count, masses, most) {
 // For each motion to which some of these states lead, the first of them, by its name.
 async function startsByName(panel) {
   const { machine, at } = panel;
-  const { masses, matrices } = complete(machine.oscillator);
-  const starts = startsOf(STATES, masses?.length ?? matrices.mass.length, FAST * at[0] * at[1]);
+  const starts = startsOf(STATES, sizeOf(machine), FAST * at[0] * at[1]);
   const settled = { transient: machine.periods, periods: 1, samples: 1, initial: starts };
   const { trajectories } = await panel.compute("trajectories", requests.trajectory(machine, at, settled));
   const named = trajectories.map(({ motion }, k) => [motion.label, starts[k]]).filter(([label]) => label);
@@ -42,10 +41,7 @@ async function startsByName(panel) {
 export async function showOthers(panel) {
   const answer = await panel.compute("basin-fractions", requests.fractions(panel.machine, panel.at, STATES));
   const { motions, unresolved } = motionsOf(answer);
-  const looks = panel.colours.together(
-    motions.map(({ label }) => label),
-    Infinity,
-  );
+  const looks = panel.colours.beside(motions.map(({ label }) => label));
   const settled = Math.round(STATES * (1 - unresolved));
   const text = !motions.length
     ? `None of ${STATES} random states has settled to a motion.`

@@ -15,10 +15,13 @@ const LOWEST = 0.15;
 const HIGHEST = 1.1; // times the largest clearance of the curve in the window
 const ABOUT_FIRST_MODE = [0.65, 1.25]; // times the lowest natural frequency
 
-// Of the curves of two stops the larger one: that stop is touched first.
+// The clearance at which a stop is touched: of the curves of two stops the larger one, as that stop is touched first.
 function firstTouched({ clearance_right: right, clearance_left: left }) {
   return right && left ? right.map((value, k) => Math.max(value, left[k])) : (right ?? left);
 }
+// Whether another stop, which is fixed, is met before.
+const metBefore = ({ clearance_right: right, clearance_left: left, ...curve }) =>
+  right && left ? null : (curve.virtual_right ?? curve.virtual_left);
 
 export class Overview {
   #abort = new AbortController();
@@ -42,7 +45,8 @@ export class Overview {
   // Shows the curve of a machine, and the part of it that a window has; null: the window is of another plane.
   async show(machine, view) {
     const name = JSON.stringify(machine);
-    if (name !== this.name) await this.#ask(machine, name);
+    if (name !== this.name) this.asked = this.#ask(machine, name);
+    await this.asked;
     if (this.curve && name === this.name) this.#draw(machine, view);
   }
 
@@ -60,7 +64,8 @@ export class Overview {
       const { data } = await compute("grazing-curves", requests.curve(machine, range), { signal });
       if (signal.aborted) return;
       this.first = modes[0];
-      this.curve = { x: data.omega, y: data.clearance ?? firstTouched(data) };
+      const y = data.clearance ?? firstTouched(data);
+      this.curve = { x: data.omega, y, isVirtual: metBefore(data) ?? y.map(() => false) };
       byId("overview-says").textContent = "";
     } catch (error) {
       if (!signal.aborted) byId("overview-says").textContent = error.message;
@@ -78,7 +83,10 @@ export class Overview {
       x: extent(x, 0),
       y: extent(y),
       names: { x: named("ω", machine, "frequency"), y: named("clearance", machine, "length") },
-      series: [{ x, y, kind: "motion" }],
+      series: [
+        { x, y: y.map((value, k) => (this.curve.isVirtual[k] ? value : null)), kind: "unstable" },
+        { x, y: y.map((value, k) => (this.curve.isVirtual[k] ? null : value)), kind: "motion" },
+      ],
       bars: (ends ?? []).filter((end) => x[0] < end && end < x[x.length - 1]).map((end) => ({ x: end, kind: "end" })),
     });
     onDrag(drawn, extent(x, 0), (...part) => this.#choose(...part.map((value) => inSI(machine, "frequency", value))));
@@ -89,9 +97,9 @@ export class Overview {
 
   // The largest clearance of the curve between two frequencies, in words.
   #most(machine, [low, high]) {
-    const { x, y } = this.curve;
+    const { x, y, isVirtual } = this.curve;
     const inside = x.flatMap((omega, k) => (low <= omega && omega <= high && y[k] > 0 ? [k] : []));
-    if (!inside.length) return "";
+    if (!inside.length || inside.some((k) => isVirtual[k])) return "";
     const k = inside.reduce((best, other) => (y[other] > y[best] ? other : best));
     const [before, top, after] = [k - 1, k, k + 1].map((near) => y[near] ?? y[k]);
     if (Math.min(before, after) < RESOLVED * top) return ""; // a peak between the points of the curve

@@ -57,6 +57,10 @@ const listed = (name) => /^(\w+)\[(\d+)\]$/.exec(name);
 
 const RIGHT = { text: "clearance of the right stop" };
 
+// An interval of a parameter in a request: many parameters are not 0.
+/** @param {Interval} interval  @param {Interval} domain  @returns {Interval} */
+export const within = ([low, high], domain) => [domain[0] === 0 ? Math.max(low, (high - low) / 2 ** 10) : low, high];
+
 // A parameter of a machine: { name, text, quantity, domain, factor }; null if no machine has one of this name.
 /** @param {string} name  @param {Partial<Machine>} [machine]  @returns {Parameter | null} */
 export function parameter(name, { stops } = {}) {

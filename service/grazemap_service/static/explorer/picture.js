@@ -80,7 +80,7 @@ function square(look, x, y) {
   return drawing("image", { ...place, href: canvas.toDataURL(), "image-rendering": "pixelated" });
 }
 
-function writeLegend(column, { motions, ramp, meanings }, lookOf) {
+function writeLegend(column, { motions, ramp, key, meanings }, lookOf) {
   if (ramp) {
     const stops = rampOf(ramp.diverging).map((colour, k, { length }) =>
       drawing("stop", { offset: k / (length - 1), "stop-color": colour }),
@@ -98,6 +98,7 @@ function writeLegend(column, { motions, ramp, meanings }, lookOf) {
     );
     column.write(label, { indent: 1.6 * SWATCH });
   }
+  if (key) column.write(key, { fill: SOFT });
   column.y += LINE / 2;
   for (const { text: meaning, before, numbered } of meanings) {
     column.put(0, ...before.map((colour) => square({ colour }, column.x, column.y)));

@@ -6,6 +6,7 @@ import { PALE } from "./layers.js";
 const STRIP_ALPHA = 0.8;
 const PREVIEW_ALPHA = 0.75;
 const NEAR = 4; // pixels between places that are one for a pointer
+const REACH = 6; // pixels within which a pointer is at a line
 const MARK = 10; // pixels within which marks cover one another, and a pointer is at one
 const SETTLED_AFTER = 250; // milliseconds without a further step, after which a window is a place in the history
 
@@ -173,7 +174,7 @@ export class Plane {
     pen.setTransform(this.#ratio, 0, 0, this.#ratio, 0, 0);
     pen.fillStyle = style.backgroundColor;
     pen.fillRect(0, 0, this.canvas.clientWidth, this.canvas.clientHeight);
-    this.#paintTiles(pen, PREVIEW_ALPHA);
+    this.#paintTiles(pen);
     pen.fillStyle = `rgb(0 0 0 / ${style.getPropertyValue("--shade")})`;
     pen.fillRect(0, 0, this.width, this.height);
     for (const line of this.scene.lines ?? []) this.#paintLine(pen, line);
@@ -209,8 +210,7 @@ export class Plane {
     return [left, top, whole(this.#px(x[1])) - left, whole(this.#py(y[0])) - top];
   }
 
-  // Previews, of which nothing is verified, are paler where `ofPreviews` says so.
-  #paintTiles(pen, ofPreviews = 1) {
+  #paintTiles(pen) {
     pen.imageSmoothingEnabled = false;
     for (const { image, x, y } of this.scene.below ?? []) {
       const place = this.#rectangle(x, y);
@@ -222,7 +222,7 @@ export class Plane {
     for (const { image, x, y, preview } of this.scene.tiles ?? []) {
       const place = this.#rectangle(x, y);
       pen.fillRect(...place); // a point without a colour does not show the coarser tile below
-      pen.globalAlpha = preview ? ofPreviews : 1;
+      pen.globalAlpha = preview ? PREVIEW_ALPHA : 1; // of previews nothing is verified
       pen.drawImage(image, ...place);
       pen.globalAlpha = 1;
     }
@@ -366,19 +366,23 @@ export class Plane {
     return others ? `${mark.text} ${others} more here: zoom in.` : mark.text;
   }
 
-  // The line that passes within reach of a point of the plane.
+  // The nearest line that passes within reach of a point of the plane; null: none.
   nearestLine(point) {
-    const reach = 6;
     const px = this.#px(point.x);
     const py = this.#py(point.y);
-    return (this.scene.lines ?? []).find(({ x, y }) =>
-      x.some((value, k) => {
-        if (!k || y[k] === null || y[k - 1] === null) return false;
+    const distance = ({ x, y }) =>
+      x.reduce((least, value, k) => {
+        if (!k || y[k] === null || y[k - 1] === null) return least;
         const [ax, ay, bx, by] = [this.#px(x[k - 1]), this.#py(y[k - 1]), this.#px(value), this.#py(y[k])];
         const length = (bx - ax) ** 2 + (by - ay) ** 2;
         const t = length ? Math.min(1, Math.max(0, ((px - ax) * (bx - ax) + (py - ay) * (by - ay)) / length)) : 0;
-        return Math.hypot(ax + t * (bx - ax) - px, ay + t * (by - ay) - py) < reach;
-      }),
-    );
+        return Math.min(least, Math.hypot(ax + t * (bx - ax) - px, ay + t * (by - ay) - py));
+      }, Infinity);
+    let [nearest, least] = [null, REACH];
+    for (const line of this.scene.lines ?? []) {
+      const apart = distance(line);
+      if (apart < least) [nearest, least] = [line, apart];
+    }
+    return nearest;
   }
 }

@@ -33,7 +33,7 @@ const multiplierText = ([real, imaginary]) =>
 export class PointPanel {
   #abort = new AbortController();
   #isLoud = false;
-  #working = ""; // what was asked for last
+  #working = new Set(); // what is asked for
   #animation = new Animation(byId("animation"), { hit: (share) => this.#isLoud && knock(share) });
 
   // `colours` are those of motions; `drawn` is called with the { lines, marks } of the point in the plane, `closed` when
@@ -65,8 +65,18 @@ export class PointPanel {
     this.hidden();
   }
 
-  #leave() {
+  // Gives up what is being computed.
+  stop() {
     this.#abort.abort();
+  }
+
+  // Draws the machine again, as after a change of colours or of the size.
+  redraw() {
+    if (!byId("pictures").hidden) this.#animation.redraw();
+  }
+
+  #leave() {
+    this.stop();
     this.#animation.stop();
     byId("point-section").hidden = true;
     this.inPlane = {};
@@ -127,13 +137,15 @@ export class PointPanel {
   // Says what is being computed until it is there, or what is wrong; returns whether it is there.
   async #work(what, task) {
     const { signal } = this.#abort;
-    this.#working = what;
-    byId("point-says").textContent = `${what}: computing …`;
+    this.#working.add(what);
+    this.#sayWork();
     try {
       await task();
-      if (this.#working === what) byId("point-says").textContent = "";
+      this.#working.delete(what);
+      this.#sayWork();
       return true;
     } catch (error) {
+      this.#working.delete(what);
       if (isAborted(error) || signal.aborted) return false;
       if (byId("point-name").textContent === COMPUTING) byId("point-name").textContent = "Not computed";
       byId("point-says").textContent = `${what}: ${error.message}`;
@@ -141,14 +153,18 @@ export class PointPanel {
     }
   }
 
+  // Says what is being computed, or what it waits for.
+  #sayWork(waitingFor = null) {
+    const what = [...this.#working].join(", ");
+    byId("point-says").textContent = waitingFor ? `Waiting for ${waitingFor}.` : what && `${what}: computing …`;
+  }
+
   async compute(process, request) {
     const { signal } = this.#abort;
     const { data } = await compute(process, request, {
       signal,
       priority: 8,
-      onJob: (job) => {
-        if (job.waiting_for) byId("point-says").textContent = `Waiting for ${job.waiting_for}.`;
-      },
+      onJob: (job) => this.#sayWork(job.waiting_for),
     });
     signal.throwIfAborted();
     return data;
@@ -156,11 +172,14 @@ export class PointPanel {
 
   async #trajectory() {
     const { machine, at } = this;
-    const path = await this.compute(
-      "trajectories",
-      requests.trajectory(machine, at, { transient: machine.periods, periods: PERIODS_SHOWN, initial: this.start }),
-    );
+    const over = (periods) =>
+      this.compute(
+        "trajectories",
+        requests.trajectory(machine, at, { transient: machine.periods, periods, initial: this.start }),
+      );
+    let path = await over(PERIODS_SHOWN);
     const { motion } = path;
+    if (motion.kind === "periodic" && motion.period > PERIODS_SHOWN) path = await over(motion.period);
     const { label, why } =
       motion.kind === "unresolved" && !this.start ? await this.#ofMap() : { label: motion.label ?? motion.kind };
     const before = motion.kind === "periodic" ? ", at" : "; hits at";

@@ -1,6 +1,7 @@
 // Requests of the API about a machine, { oscillator, stops, left, periods }: `stops` is "equal", "right" or "left" (the
 // only stop) or "unequal", where the clearance of the right stop varies and `left` is that of the left one.
 
+import { weightOf } from "./contact.js";
 import { USUAL } from "./parameters.js";
 import { STATES } from "./starts.js";
 
@@ -131,12 +132,15 @@ export function basins(machine, point, points) {
   const reach = 0.99 * value;
   const low = { right: -value, left: -reach, unequal: -0.99 * machine.left }[machine.stops] ?? -reach;
   const high = machine.stops === "left" ? value : reach;
+  const weight = weightOf(machine) || 1; // where mass 1 does not move the contact, it may be anywhere
+  const [least, most] = [low / weight, high / weight].sort((end, other) => end - other);
+  const fastest = Math.abs((omega * value) / weight);
   const coordinate = (quantity, start, stop) => ({ quantity, mass: 1, values: { start, stop, points } });
   return {
     ...at(machine, point),
     max_periods: machine.periods,
-    horizontal: coordinate("displacement", low, high),
-    vertical: coordinate("velocity", -omega * value, omega * value),
+    horizontal: coordinate("displacement", least, most),
+    vertical: coordinate("velocity", -fastest, fastest),
   };
 }
 

@@ -26,10 +26,22 @@ export class Sliders {
       this.isMoving = false;
       settled();
     };
-    this.form.addEventListener("change", end);
+    // a key that is held changes the value again and again
+    let isHeld = false;
+    this.form.addEventListener("keydown", () => {
+      isHeld = true;
+    });
+    this.form.addEventListener("keyup", () => {
+      isHeld = false;
+      end();
+    });
+    this.form.addEventListener("change", () => !isHeld && end());
     // no change follows where a drag ends at the value with which it began, or is broken off
     for (const name of ["pointerup", "pointercancel", "focusout"])
-      this.form.addEventListener(name, () => setTimeout(end));
+      this.form.addEventListener(name, () => {
+        isHeld = false;
+        setTimeout(end);
+      });
   }
 
   // Shows the values of a state of the page, of those sliders that are `allowed`; its machine is the one to which factors refer unless a slider made it.

@@ -30,7 +30,7 @@ export function ticks([low, high], most) {
 }
 
 const signed = (value, step) =>
-  Math.abs(value) < step / 2 ? "0" : (value > 0 ? "+" : "−") + Math.abs(value).toPrecision(1);
+  Math.abs(value) < step / 2 ? "0" : (value > 0 ? "+" : "−") + Math.abs(rounded(value, step));
 
 const raised = (power) => `10${[...`${power}`].map((digit) => (digit === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[digit])).join("")}`;
 

@@ -19,6 +19,7 @@ export class Tiles {
   #wanted = [];
   #failed = new Set();
   #kept = new Map(); // name -> tile, the last used at the end
+  #whole = []; // the names of the map that is wanted over its window, and of the one that was seen before it
 
   // `requestOf(across, up, preview)` is the request of a map over two ranges; `changed` is called when something has come or
   // failed, `failed` with the error.
@@ -74,12 +75,15 @@ export class Tiles {
       unseen(PREVIEW_LEVELS).forEach((tile) => step(tile, PREVIEW_POINTS, true));
       tiles.forEach((tile) => step(tile, POINTS, false));
     }
+    this.#whole = [];
     this.#want(steps);
   }
 
   // Tells that the view shows one map over its window, of as many points along each side.
   showWhole(family, request, { x, y }, points) {
-    this.#want([{ name: `${family} ${x} ${y}`, family, points, preview: false, request: () => request, x, y }]);
+    const name = `${family} ${x} ${y}`;
+    this.#whole = [name, this.#whole.find((other) => this.#kept.has(other))];
+    this.#want([{ name, family, points, preview: false, request: () => request, x, y }]);
   }
 
   #want(steps) {
@@ -129,9 +133,7 @@ export class Tiles {
           this.changed();
         },
       });
-      const values = await this.decode(data, request);
-      if (preview) values.labels = values.labels.map((label) => (label === "unresolved" ? OPEN : label));
-      this.#keep({ ...values, name, family, id, request, points, preview, x, y });
+      await this.#read({ name, family, id, request, points, preview, x, y }, data);
     } catch (error) {
       if (!isAborted(error) && !abort.signal.aborted) {
         this.#failed.add(name);
@@ -145,8 +147,15 @@ export class Tiles {
 
   // Shows a map that is there already, until finer tiles come.
   async add({ data, ...map }) {
-    this.#keep({ ...(await this.decode(data, map.request)), ...map, preview: false });
+    await this.#read({ ...map, preview: Boolean(map.request.preview) }, data);
     this.changed();
+  }
+
+  // Keeps a tile with what its npz has.
+  async #read(tile, data) {
+    const values = await this.decode(data, tile.request);
+    if (tile.preview) values.labels = values.labels.map((label) => (label === "unresolved" ? OPEN : label));
+    this.#keep({ ...values, ...tile });
   }
 
   #keep(tile) {
@@ -158,9 +167,12 @@ export class Tiles {
     }
   }
 
-  // The tiles of a family that meet a window, the coarsest points first.
+  // The tiles of a family that meet a window, the coarsest points first; of maps over their windows one alone, as two of
+  // them have other starts at one point.
   within(family, { x, y }) {
     const meets = (interval, other) => interval[0] < other[1] && other[0] < interval[1];
+    const whole = this.#whole.map((name) => this.#kept.get(name)).find((tile) => tile?.family === family);
+    if (whole) return meets(whole.x, x) && meets(whole.y, y) ? [whole] : [];
     const tiles = [...this.#kept.values()].filter(
       (tile) => tile.family === family && meets(tile.x, x) && meets(tile.y, y),
     );
