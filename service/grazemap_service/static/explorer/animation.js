@@ -60,7 +60,7 @@ export class Animation {
 
   // Draws what is shown again, unless it moves.
   redraw() {
-    if (!this.playing) this.#draw(this.#now);
+    if (this.time && !this.playing) this.#draw(this.#now);
   }
 
   // The displacements at a time, between two samples.

@@ -50,6 +50,7 @@ const SLIDE_AGAIN = 150; // milliseconds between the machines of a slider that m
 const { paper } = PRESETS;
 const STANDARD = { ...address.UNSAID, x: paper.x, y: paper.y };
 
+serve({ trouble: (text) => (byId("says").textContent = text) });
 const [palette, observables] = await Promise.all(
   ["palette", "observables"].map(async (name) => (await send(`static/${name}.json`)).json()),
 );
