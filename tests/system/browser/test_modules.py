@@ -376,11 +376,11 @@ def test_no_line_of_zeros_is_drawn_where_the_other_stop_is_met_before(page: Page
     assert ends[:, 0].max() == 1.0
 
 
-GRAZES = """async ({ answers, left, up }) => {
+GRAZES = """async ({ answers, fixed, up }) => {
     const { Curves } = await import("/curves.js");
     const curves = new Curves({ changed: () => {}, failed: () => {}, palette });
     curves.answer = (what) => answers[what] ?? null;
-    return { ...Object.assign(curves, { left, up }), lines: curves.lines(), marks: curves.marks() };
+    return { ...Object.assign(curves, { fixed, up }), lines: curves.lines(), marks: curves.marks() };
 }"""
 
 
@@ -393,7 +393,8 @@ def test_a_graze_that_another_stop_prevents_is_dashed_and_no_grazing_curve(page:
         point | {"kind": "recurrence", "order": 1, "margin": 1},
     ]
     beside = {"omega": omega, "clearance_left": [5, 4, 3, 2, 1]}
-    drawn = page.evaluate(GRAZES, {"answers": {"graze": graze, "beside": beside}, "left": 2.5, "up": [0, 10]})
+    fixed = {"stop": "left", "at": 2.5}
+    drawn = page.evaluate(GRAZES, {"answers": {"graze": graze, "beside": beside}, "fixed": fixed, "up": [0, 10]})
     real, virtual, upright, below = drawn["lines"]
     assert (real["y"], real["isGraze"], real.get("dashed")) == ([None, 2, 3, 4, 5], True, None)
     assert (virtual["y"], virtual.get("isGraze"), virtual["dashed"]) == ([1, 2, None, None, None], None, True)

@@ -90,6 +90,7 @@ const valueAt = (values, place) => {
   return values[k] + (place - k) * (values[k + 1] - values[k]);
 };
 
+const OTHER = { right: "left", left: "right" };
 const grazeText = (stop) =>
   `Grazing curve: on it the steady motion just touches the ${stop}, at speed zero; above it that motion stays clear, ` +
   "beside motions that hit.";
@@ -113,7 +114,7 @@ const TOUCHES = {
 // What is drawn: the process that is asked for it, and its name.
 const WHAT = {
   graze: ["grazing-curves", "the grazing curve"],
-  beside: ["grazing-curves", "the graze of the left stop"],
+  beside: ["grazing-curves", "the graze of the fixed stop"],
   bifurcations: ["bifurcation-curves", "bifurcation curves"],
   borders: ["unfolding-diagrams", "borders"],
 };
@@ -141,14 +142,18 @@ export class Curves {
     this.family = family;
     const [across, up] = [around(x, domains.x), around(y, domains.y)];
     const range = { start: across[0], stop: across[1], points: CURVE_POINTS };
-    const ofLeft = { ...machine, stops: "left" };
-    this.#ask("graze", isUsual(plane), () => requests.curve(machine, range));
-    this.#ask("beside", isUsual(plane) && machine.stops === "unequal", () => requests.curve(ofLeft, range));
+    const isOfStops = plane.horizontal === "omega" && ["clearance", "clearance_left"].includes(plane.vertical);
+    this.fixed = null; // the stop that does not vary, and its clearance
+    if (isOfStops && machine.stops === "unequal")
+      this.fixed = isUsual(plane) ? { stop: "left", at: machine.left } : { stop: "right", at: plane.clearance };
+    const { stop, at } = this.fixed ?? {};
+    const besides = (clearance) => requests.curve(machine, range, { clearance });
+    this.#ask("graze", isOfStops, () => (stop ? besides({ [stop]: at }) : requests.curve(machine, range)));
+    this.#ask("beside", Boolean(stop), () => besides({ [OTHER[stop]]: null }));
     this.#ask("bifurcations", curves === "all" && leavesGraze(plane), () =>
       requests.curves(machine, plane, across, up),
     );
     this.#ask("borders", borders, () => requests.borders(machine, plane, across, up, BORDER_POINTS));
-    this.left = machine.left;
     this.up = up;
   }
 
@@ -230,7 +235,7 @@ export class Curves {
     if (curve) {
       const x = curve.omega;
       if (curve.clearance) lines.push({ x, y: curve.clearance, colour: ink, text: grazeText("stops"), isGraze: true });
-      for (const [stop, other] of Object.entries({ right: "left", left: "right" })) {
+      for (const [stop, other] of Object.entries(OTHER)) {
         const y = curve[`clearance_${stop}`];
         if (!y) continue;
         const [virtual, real] = split({ x, y, colour: ink }, curve[`virtual_${stop}`]);
@@ -239,17 +244,19 @@ export class Curves {
       }
     }
     const beside = this.answer("beside");
-    if (beside) {
+    if (beside && this.fixed) {
       const [low, high] = this.up;
-      for (const place of crossings(beside.clearance_left, this.left)) {
+      const { stop, at } = this.fixed;
+      for (const place of crossings(beside[`clearance_${stop}`] ?? [], at)) {
         const x = valueAt(beside.omega, place);
-        // nearer than where it is touched, the right stop is met first
-        const touched = curve?.clearance_right ? valueAt(curve.clearance_right, place) : low;
+        // nearer than where it is touched, the other stop is met first
+        const other = curve?.[`clearance_${OTHER[stop]}`];
+        const touched = other ? valueAt(other, place) : low;
         const from = Math.min(Math.max(low, touched), high);
         const line = (start, end, more) => lines.push({ x: [x, x], y: [start, end], colour: ink, ...more });
-        if (from < high)
-          line(from, high, { text: "Here the steady motion just touches the left stop, which is fixed." });
-        if (low < from) line(low, from, { text: virtualText("left", "right"), dashed: true });
+        const text = `Here the steady motion just touches the ${stop} stop, which is fixed.`;
+        if (from < high) line(from, high, { text });
+        if (low < from) line(low, from, { text: virtualText(stop, OTHER[stop]), dashed: true });
       }
     }
     return [...lines, ...(this.answer("bifurcations")?.curves ?? []).flatMap((piece) => linesOf(piece, this.palette))];

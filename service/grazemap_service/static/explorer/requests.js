@@ -58,9 +58,10 @@ export const map = (machine, plane, across, up, { preview, observables, policy =
   ...(observables && { observables }),
 });
 
-export const curve = (machine, omega) => ({
+// The grazing curve over omega, of the stops that `clearance` does not fix or leave out.
+export const curve = (machine, omega, fixed = fixedClearance(machine)) => ({
   ...oscillatorOf(machine),
-  ...fixedClearance(machine),
+  ...fixed,
   axis: { vary: "omega", values: omega },
 });
 
