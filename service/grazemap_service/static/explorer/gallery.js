@@ -51,7 +51,9 @@ export class Gallery {
     const href = this.addressOf(place);
     const link = element("a", { href }, canvas, element("b", { textContent: place.text }));
     link.append(element("span", { textContent: place.says }), motions);
-    link.addEventListener("click", () => this.opened(place, href));
+    link.addEventListener("click", ({ ctrlKey, metaKey, shiftKey }) => {
+      if (!ctrlKey && !metaKey && !shiftKey) this.opened(place, href); // else it opens beside this page
+    });
     return { place, canvas, motions, points: 0, item: element("li", {}, link) };
   }
 

@@ -20,7 +20,7 @@ const binade = (value) => {
 };
 
 // The smallest exponent whose points double precision separates at values up to `largest`.
-export const finest = (largest) => binade(largest) - 52 + Math.log2(ROUNDINGS) + Math.log2(POINTS);
+const finest = (largest) => binade(largest) - 52 + Math.log2(ROUNDINGS) + Math.log2(POINTS);
 
 // The exponent for which a tile has about TILE_PIXELS pixels and fits into a domain, and whether double precision
 // forbids it.
