@@ -312,19 +312,26 @@ def _decode_json(data: bytes) -> Result:
     try:
         document = json.loads(data)
         meta = document.pop("meta")
+        _check_layout(meta)
         # in JSON these repeat the meta
         for name in ("process", "schema"):
             document.pop(name, None)
         arrays = from_json(schema_of(meta["process"], document), document)
+    except ResultFormatError:
+        raise
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError, OverflowError) as error:
         raise ResultFormatError("not a grazemap result") from error
     return _result_from(arrays, meta)
 
 
-def _result_from(document: Document, meta: Mapping[str, Any], service: str | None = None) -> Result:
+def _check_layout(meta: Any) -> None:
     layout = meta.get("schema") if isinstance(meta, Mapping) else None
     if layout != VERSION:
         raise ResultFormatError(f"the result has layout {layout}, and this version of grazemap reads layout {VERSION}")
+
+
+def _result_from(document: Document, meta: Mapping[str, Any], service: str | None = None) -> Result:
+    _check_layout(meta)
     try:
         own = {name: value for name, value in meta.items() if name != _SHOWN_UNITS}
         result = class_of(meta["process"], document).from_document(document, own, service)
@@ -364,6 +371,9 @@ def value_of(field: Field, value: Any) -> Any:
     if field.is_tuple:
         if len(value) > _MAX_TEXTS:
             raise ValueError("a list of texts is too long")
+        # a number of one byte would become a text of fifty
+        if field.type == "str" and isinstance(value, np.ndarray) and value.size and value.dtype.kind != "U":
+            raise ValueError("a list of texts has numbers")
         return tuple(map(TYPES[field.type], value))
     if field.dims:
         array: NDArray[Any] = np.asarray(value, dtype=TYPES[field.type])
