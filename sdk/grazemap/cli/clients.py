@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import os
-import sys
 
 from grazemap import constants
-from grazemap.cli.exit_codes import InvalidCommand
+from grazemap.cli.exit_codes import InvalidCommand, say
 from grazemap.client import Client
 from grazemap.errors import GrazemapError
 from grazemap.local_client import LocalClient
@@ -31,7 +30,7 @@ def service_or_stack(url: str | None, quiet: bool) -> Client:
     if not running:
         return LocalClient(joined_stack(quiet) or LocalStack(quiet=quiet))
     if not quiet:
-        print(f"grazemap: using the service at {constants.DEFAULT_BASE_URL}", file=sys.stderr)
+        say(f"using the service at {constants.DEFAULT_BASE_URL}")
     return Client()
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grazemap import constants
-from grazemap.cli.exit_codes import InvalidCommand
+from grazemap.cli.exit_codes import InvalidCommand, printing
 
 if TYPE_CHECKING:
     from grazemap.results import Result
@@ -96,4 +96,5 @@ def write(
                 result.save(path)
         except ValueError as error:
             raise InvalidCommand(f"{what} {path}: {error}") from error
-    print(path)
+    with printing():
+        print(path)

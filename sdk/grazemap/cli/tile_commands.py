@@ -8,7 +8,7 @@ from pathlib import Path
 
 from grazemap.cli import files
 from grazemap.cli.computation import request_of
-from grazemap.cli.exit_codes import DONE, InvalidCommand
+from grazemap.cli.exit_codes import DONE, InvalidCommand, printing
 from grazemap.client.events import Event
 from grazemap.client.messages import result_of
 from grazemap.client.progress import ProgressListener
@@ -49,17 +49,19 @@ def plan(options: argparse.Namespace) -> int:
     with files.naming_errors("the folder", options.output):
         planned = worker_module("direct").planned(request, options.output)
     count, seconds = planned.plan.tile_count if planned.has_tiles else 0, planned.plan.estimate.seconds
-    print(f"{options.output}: {count} tiles, about {seconds:.3g} s of one core in all")
-    if count:
-        print(f"for each INDEX from 0 to {count - 1}, anywhere: grazemap tile {options.output} INDEX")
-    print(f"then: grazemap assemble {options.output} -o FILE")
+    with printing():
+        print(f"{options.output}: {count} tiles, about {seconds:.3g} s of one core in all")
+        if count:
+            print(f"for each INDEX from 0 to {count - 1}, anywhere: grazemap tile {options.output} INDEX")
+        print(f"then: grazemap assemble {options.output} -o FILE")
     return DONE
 
 
 def _tile(options: argparse.Namespace) -> int:
     first, step = _share(options)
     for index, kept in worker_module("direct").compute_tiles(options.folder, first, step):
-        print(f"tile {index}{': there already' if kept else ''}", flush=True)
+        with printing():
+            print(f"tile {index}{': there already' if kept else ''}")
     return DONE
 
 

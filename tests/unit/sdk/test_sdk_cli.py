@@ -2,6 +2,7 @@
 
 import io
 import json
+import os
 import shlex
 import subprocess
 import sys
@@ -13,7 +14,9 @@ import pytest
 import grazemap
 from grazemap import cli, constants
 from grazemap.cli import up_command
+from grazemap.client import Client
 from grazemap.codec import decode_npz, encode_npz
+from grazemap.errors import ConnectionFailed
 from grazemap.results.tables import Column, text
 from tests.support.sdk_documents import ONE_STOP, REQUESTS, npz
 
@@ -204,6 +207,25 @@ def test_status_is_shown_again_until_it_is_interrupted(url, service, capsys, mon
     assert written.index("state     ready") < written.index("state     not ready")
 
 
+def test_a_failure_is_not_among_the_lines_of_json_of_a_service_that_is_watched(url, service, capsys, monkeypatch):
+    looks = []
+
+    def sleep(_: float) -> None:
+        looks.append(1)
+        monkeypatch.setattr(Client, "status", unreachable)
+        if len(looks) == 2:
+            raise KeyboardInterrupt
+
+    def unreachable(_: Client) -> None:
+        raise ConnectionFailed("gone")
+
+    monkeypatch.setattr("grazemap.cli.status_command.time.sleep", sleep)
+    assert cli.main(["status", "--watch", "--json", "--url", url]) == 130
+    written, told = capsys.readouterr()
+    assert [json.loads(line)["ready"] for line in written.splitlines()] == [True]
+    assert told
+
+
 def test_status_without_a_service_gives_1(monkeypatch, capsys):
     monkeypatch.setattr(constants, "BACKOFF_START", 0.001)
     assert cli.main(["status", "--url", "http://127.0.0.1:9"]) == 1
@@ -352,6 +374,49 @@ def test_a_client_takes_address_and_key_from_the_environment(monkeypatch):
     assert client.base_url == "http://elsewhere:1"
     assert client._connection.settings.api_key == "secret"
     assert grazemap.Client("http://here:2", api_key="").base_url == "http://here:2"
+
+
+def without_reader(stream: str, *arguments: str) -> subprocess.CompletedProcess:
+    """Run a command, of whose stdout or stderr the reader is gone."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, stream: writer}
+    done = subprocess.run([sys.executable, "-m", "grazemap.cli", *arguments], **streams, text=True, check=False)
+    os.close(writer)
+    return done
+
+
+@pytest.mark.parametrize("arguments", [["schema", "trajectories"], ["--help"], ["show", "FILE"]])
+def test_a_command_that_prints_ends_well_without_a_reader(tmp_path, arguments):
+    path = tmp_path / "result.npz"
+    path.write_bytes(npz("grazing-curves"))
+    done = without_reader("stdout", *(str(path) if word == "FILE" else word for word in arguments))
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("stream", ["stdout", "stderr"])
+def test_a_result_is_written_whether_or_not_anybody_reads_notes_and_names_of_files(url, tmp_path, stream):
+    """The window is above the grazing curve, which is a note."""
+    output = tmp_path / "map.npz"
+    window = ["--omega", "0.26:0.30:8", "--clearance", "9:10:8"]
+    done = without_reader(stream, "unfolding-maps", *window, "-o", str(output), "--url", url)
+    assert done.returncode == 0
+    assert output.exists()
+
+
+def test_an_error_that_nobody_reads_keeps_its_exit_code(tmp_path):
+    assert without_reader("stderr", "show", str(tmp_path / "absent.npz")).returncode == 1
+
+
+def test_a_pipe_that_breaks_elsewhere_is_a_failure(tmp_path, monkeypatch, capsys):
+    def broken(*_: object) -> None:
+        raise BrokenPipeError(32, "Broken pipe")
+
+    path = tmp_path / "result.npz"
+    path.write_bytes(npz("grazing-curves"))
+    monkeypatch.setattr("grazemap.cli.result_commands.describe", broken)
+    assert cli.main(["show", str(path)]) == 1
+    assert capsys.readouterr().err
 
 
 def test_a_reader_that_has_enough_ends_a_command_without_an_error():
