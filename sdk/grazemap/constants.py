@@ -60,6 +60,8 @@ UNITS: Final = {
     "stiffnesses": "N/m",
     "dampings": "N s/m",
 }
+# By the quantity of a mass that varies over the initial states of basins.
+COORDINATE_UNITS: Final = {"displacement": "m", "velocity": "m/s"}
 # The units of machines, which go together.
 ENGINEERING_UNITS: Final = ("Hz", "mm")
 

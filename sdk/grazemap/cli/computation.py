@@ -33,6 +33,8 @@ def compute(options: argparse.Namespace) -> int:
     command_request = request_of(options)
     with command_request.naming_flags():
         request = command_request.validated()
+        for name, path, _ in targets:
+            files.check_rows(name, path, request)
         result = _result(request, options).in_units(*command_request.shown_units)
     from grazemap.cli.result_commands import describe
     from grazemap.results import OrbitBranch, PeriodicOrbit

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,6 +15,7 @@ from grazemap.cli.exit_codes import InvalidCommand, printing
 
 if TYPE_CHECKING:
     from grazemap.results import Result
+    from grazemap.wire import ProcessRequest
 
 PICTURES = constants.PICTURE_FILES
 OUTPUTS = (".npz", ".json", *constants.TABLE_FILES, *PICTURES)
@@ -47,6 +49,18 @@ def check_output(what: str, path: Path, endings: tuple[str, ...]) -> None:
         from grazemap.results.tables import require_writer
 
         require_writer(path.suffix)
+
+
+def check_rows(what: str, path: Path, request: ProcessRequest) -> None:
+    """Raise InvalidCommand, before the computation, for a table that cannot have all points of a plane."""
+    from grazemap.results.tables import POINTS, require_rows
+    from grazemap.wire.planes import PlaneRequest
+
+    if isinstance(request, PlaneRequest):
+        try:
+            require_rows(path.suffix, math.prod(request.plane.shape), POINTS)
+        except ValueError as error:
+            raise InvalidCommand(f"{what} {path}: {error}") from error
 
 
 def check_drawn(process: str) -> None:

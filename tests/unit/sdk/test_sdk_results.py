@@ -4,7 +4,9 @@ import dataclasses
 import inspect
 import io
 import json
+import os
 import re
+import threading
 import time
 
 import numpy as np
@@ -15,6 +17,7 @@ from grazemap import Event
 from grazemap.checker import Verdict
 from grazemap.client.process_methods import METHODS
 from grazemap.codec import decode_npz, encode_json, encode_npz, iter_json
+from grazemap.plots import save_picture
 from grazemap.results import Border, Impacts, InferredWrong, UnfoldingMap, decode_result, load, schema_of
 from grazemap.results.fields import RecordSchema
 from grazemap.results.motions import motions_of
@@ -460,6 +463,59 @@ def test_a_trajectory_without_impacts_is_the_same_from_json(tmp_path):
 def test_only_known_file_endings_are_written(tmp_path):
     with pytest.raises(ValueError, match=r"\.npz, \.json"):
         result_of("grazing-curves").save(tmp_path / "curve.txt")
+
+
+ENDINGS = ["npz", "json", "csv", "xlsx", "parquet", "png", "svg"]
+
+
+def write(result, path):
+    save_picture(result, path) if path.suffix in (".png", ".svg") else result.save(path)
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_file_is_replaced_by_a_whole_one_or_stays(ending, tmp_path, monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    result, path = result_of("grazing-curves"), tmp_path / f"curve.{ending}"
+    path.write_text("earlier")
+    with monkeypatch.context() as patch:
+        for target in ("pandas.DataFrame.to_parquet", "pathlib.Path.write_bytes"):
+            patch.setattr(target, interrupted)
+        patch.setattr("grazemap.results.tables._written", interrupted)
+        patch.setattr("matplotlib.backends.backend_agg.FigureCanvasAgg.print_png", interrupted)
+        patch.setattr("matplotlib.backends.backend_svg.FigureCanvasSVG.print_svg", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            write(result, path)
+    assert path.read_text() == "earlier"
+    write(result, path)
+    assert path.read_bytes() != b"earlier"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_written_file_has_the_permissions_and_the_place_of_an_opened_one(ending, tmp_path):
+    result, opened, path = result_of("grazing-curves"), tmp_path / "opened", tmp_path / f"curve.{ending}"
+    opened.touch()
+    write(result, path)
+    assert path.stat().st_mode == opened.stat().st_mode
+    path.chmod(0o640)
+    link = tmp_path / f"link.{ending}"
+    link.symlink_to(path)
+    write(result, link)
+    assert link.is_symlink()
+    assert path.stat().st_mode & 0o777 == 0o640
+
+
+def test_a_result_is_written_into_a_pipe(tmp_path):
+    path = tmp_path / "pipe.csv"
+    os.mkfifo(path)
+    read: list[str] = []
+    reader = threading.Thread(target=lambda: read.append(path.read_text()))
+    reader.start()
+    result_of("grazing-curves").save(path)
+    reader.join(10.0)
+    assert read[0].startswith("omega,")
 
 
 @EVERY_PROCESS

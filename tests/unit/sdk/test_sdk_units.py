@@ -235,6 +235,16 @@ def test_a_file_of_a_result_keeps_its_units_beside_its_arrays(ending, sample, tm
     assert in_si.read_bytes() == (tmp_path / f"si.{ending}").read_bytes()
 
 
+@pytest.mark.parametrize("ending", ["npz", "json"])
+def test_a_file_of_a_whole_result_takes_engineering_units_and_no_table(ending, tmp_path):
+    result, path = sdk_documents.in_si("grazing-curves"), tmp_path / f"curve.{ending}"
+    assert load(result.save(path, engineering_units=True)).shown_units == result.in_units("Hz", "mm").shown_units
+    with pytest.raises(ValueError, match=r"\.csv"):
+        result.save(path, "points")
+    with pytest.raises(ValueError, match="nondimensional"):
+        sdk_documents.result_of("grazing-curves").save(path, engineering_units=True)
+
+
 def test_a_reloaded_result_has_the_same_pictures_and_tables(tmp_path):
     shown = sdk_documents.in_si("grazing-curves").in_units("rpm", "mm")
     again = load(shown.save(tmp_path / "shown.npz"))
