@@ -25,6 +25,7 @@ from grazemap.results.stretches import Stretch
 from grazemap.results.structures import Mode
 from grazemap.results.unfolding import MapPoint
 from grazemap.wire import motion_label
+from grazemap.wire.job import INFINITE
 from grazemap.wire.planes import Plane
 from tests.support.sdk_documents import (
     ADAPTIVE,
@@ -251,6 +252,9 @@ def test_mirror_images_have_one_label_in_a_diagram_and_asymmetric_twins_another(
         return [border.motions for border in diagram.border_list()]
 
     assert motions(impacts_right=1, impacts_left=2) == motions(impacts_right=2, impacts_left=1)
+    names = {name for names in motions(impacts_right=3, impacts_left=INFINITE) for name in names}
+    assert any("∞r-3l" in name for name in names)
+    assert not any("∞l" in name for name in names)
     assert any("1-2r-2l asymmetric" in names for names in motions(symmetric=False))
 
 
@@ -633,6 +637,17 @@ def in_si(result):
 
 
 # a machine of 0.4 rad/s whose stops are 1.5 m apart is not one in SI
+@pytest.mark.parametrize("right", [1, INFINITE])
+def test_a_point_that_touches_one_stop_alone_has_a_request_for_its_orbit(right):
+    impacts = {"impacts_right": np.full((2, 3), right, np.int16), "impacts_left": np.full((2, 3), -1, np.int16)}
+    kinds = document("unfolding-maps")["kinds"].tolist()
+    periodic = {"kind": np.full((2, 3), kinds.index("periodic"), np.uint8), **impacts}
+    umap = result_of("unfolding-maps", periodic)
+    assert umap.at(0.25, 1.5).request is not None
+    still = result_of("unfolding-maps", periodic | {"impacts_right": impacts["impacts_left"]})
+    assert still.at(0.25, 1.5).request is None
+
+
 @pytest.mark.filterwarnings("ignore::grazemap.errors.RequestWarning")
 def test_places_of_a_map_in_si_are_texts_with_units_as_in_a_request(client, service):
     umap = in_si(result_of("unfolding-maps"))
