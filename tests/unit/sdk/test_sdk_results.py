@@ -636,7 +636,6 @@ def in_si(result):
     return result
 
 
-# a machine of 0.4 rad/s whose stops are 1.5 m apart is not one in SI
 @pytest.mark.parametrize("right", [1, INFINITE])
 def test_a_point_that_touches_one_stop_alone_has_a_request_for_its_orbit(right):
     impacts = {"impacts_right": np.full((2, 3), right, np.int16), "impacts_left": np.full((2, 3), -1, np.int16)}
@@ -648,6 +647,7 @@ def test_a_point_that_touches_one_stop_alone_has_a_request_for_its_orbit(right):
     assert still.at(0.25, 1.5).request is None
 
 
+# a machine of 0.4 rad/s whose stops are 1.5 m apart is not one in SI
 @pytest.mark.filterwarnings("ignore::grazemap.errors.RequestWarning")
 def test_places_of_a_map_in_si_are_texts_with_units_as_in_a_request(client, service):
     umap = in_si(result_of("unfolding-maps"))
