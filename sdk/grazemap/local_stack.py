@@ -102,7 +102,7 @@ def joined_stack(quiet: bool = False) -> JoinedStack | None:
     for membership in running_stacks.memberships():
         from grazemap.client import Client
 
-        with Client(membership.url, timeout=_JOIN_TIMEOUT, retries=0) as probe:
+        with Client(membership.url, api_key="", timeout=_JOIN_TIMEOUT, retries=0) as probe:
             try:
                 probe.status()
             except GrazemapError:
