@@ -147,6 +147,16 @@ def test_a_body_over_http_has_numbers(name):
         PROCESSES["grazing-curves"].checked(body)
 
 
+def test_single_numbers_with_a_unit_stand_where_ranges_and_lists_of_them_may():
+    fractions = {"omega": ("9 Hz", "12 Hz"), "points": 3, "clearance": "4 mm"}
+    for ranges in (["0.1 mm", ("-1 mm", "1 mm")], [1e-4, (-1e-3, 1e-3)]):
+        asked = request_of("basin_fractions", MACHINE, **fractions, displacement=ranges)
+        assert asked["displacement"] == [{"start": 1e-4, "stop": 1e-4}, {"start": -1e-3, "stop": 1e-3}]
+    for overshoot in ("0.1 mm", 1e-4, ["0.1 mm"]):
+        asked = request_of("discontinuity_mapping", MACHINE, omega="9 Hz", overshoot=overshoot)
+        assert asked["overshoot"] == [1e-4]
+
+
 def test_a_factor_on_a_field_of_an_oscillator_has_no_unit():
     machine = CHAIN | {"damping": 0.002}
     for vary in ("forcing", "bias", "damping"):
