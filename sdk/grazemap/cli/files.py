@@ -63,6 +63,15 @@ def check_rows(what: str, path: Path, request: ProcessRequest) -> None:
             raise InvalidCommand(f"{what} {path}: {error}") from error
 
 
+def check_tables(process: str) -> None:
+    """Raise InvalidCommand for a process whose results have no table."""
+    from grazemap.results import RESULTS
+    from grazemap.results.tables import may_have_tables
+
+    if not any(may_have_tables(result) for result in RESULTS.values() if result.process == process):
+        raise InvalidCommand(f"there is no table of {process}")
+
+
 def check_drawn(process: str) -> None:
     """Raise InvalidCommand for a process whose results have no picture."""
     from grazemap.results import RESULTS

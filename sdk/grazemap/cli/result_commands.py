@@ -108,7 +108,7 @@ def _quantity(result: Any, name: str | None) -> dict[str, Any]:
     observed = [variable.name for variable, _ in variables_of(result)] if has_quantities else []
     own = QUANTITIES if isinstance(result, BifurcationDiagram) else ()
     if name not in (*own, *observed):
-        allowed = ", ".join(observed) or "none"
+        allowed = ", ".join((*own, *observed)) or "none"
         raise InvalidCommand(f"--quantity names what this result does not have (allowed: {allowed})")
     return {"quantity": name}
 

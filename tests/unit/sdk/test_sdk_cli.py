@@ -7,6 +7,7 @@ import shlex
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,7 +18,9 @@ from grazemap.cli import up_command
 from grazemap.client import Client
 from grazemap.codec import decode_npz, encode_npz
 from grazemap.errors import ConnectionFailed
+from grazemap.results.diagrams import QUANTITIES
 from grazemap.results.tables import Column, text
+from grazemap.wire import parse_request
 from tests.support.sdk_documents import ONE_STOP, REQUESTS, npz
 
 
@@ -234,6 +237,56 @@ def test_status_without_a_service_gives_1(monkeypatch, capsys):
     assert "grazemap up" in message
 
 
+@pytest.fixture
+def assembly(monkeypatch):
+    """Gives `assembly(process, **fields)`: what the tiles of any folder are joined to."""
+
+    def made(process, fields=None, units="nondimensional"):
+        request = parse_request(process, REQUESTS[process])
+
+        def planned(_, folder):
+            folder.mkdir(exist_ok=True)
+            return SimpleNamespace(has_tiles=False, plan=SimpleNamespace(estimate=SimpleNamespace(seconds=1.0)))
+
+        data = npz(process, fields or {}, units=units)
+        direct = SimpleNamespace(planned=planned, assembled=lambda *_: (request, data))
+        monkeypatch.setattr("grazemap.cli.tile_commands.worker_module", lambda _: direct)
+
+    return made
+
+
+def test_an_assembled_result_has_the_units_that_were_written_for_its_plan(assembly, tmp_path, capsys):
+    assembly("grazing-curves", units="SI")
+    folder, table = tmp_path / "sweep", tmp_path / "curve.csv"
+    machine = ["--units", "SI", "--masses", "0.5", "--stiffnesses", "2000", "--damping", "1.5", "--forcing", "5"]
+    for omega, heads in (("8Hz:14Hz:4", "omega (Hz),clearance (mm)"), ("50:88:4", "omega (rad/s),clearance (m)")):
+        assert cli.main(["plan", "grazing-curves", *machine, "--omega", omega, "-o", str(folder)]) == 0
+        assert cli.main(["assemble", str(folder), "-o", str(table), "--quiet"]) == 0
+        assert table.read_text().startswith(heads)
+    (folder / "shown_units.json").write_text("{}")
+    assert cli.main(["assemble", str(folder), "-o", str(table), "--quiet"]) == 2
+
+
+def test_a_folder_without_units_is_assembled_and_an_orbit_that_was_not_found_has_its_exit_code(assembly, tmp_path):
+    assembly("periodic-orbits", {"converged": False, "reason": "it is too far away"})
+    assert cli.main(["assemble", str(tmp_path), "-o", str(tmp_path / "orbit.npz"), "--quiet"]) == 3
+    assert (tmp_path / "orbit.npz").exists()
+
+
+@pytest.mark.parametrize("flags", [["--omega", "0.2:0.3:5"], ["--omega", "0.2:0.3:5", "--url", "http://127.0.0.1:9"]])
+def test_a_key_that_no_service_takes_is_an_invalid_command(monkeypatch, capsys, flags):
+    monkeypatch.setenv("GRAZEMAP_API_KEY", "a b")
+    assert cli.main(["grazing-curves", *flags]) == 2
+    assert "api_key" in capsys.readouterr().err
+
+
+def test_a_table_of_a_process_without_tables_is_refused_before_it_is_computed(tmp_path, capsys):
+    body = tmp_path / "proof.json"
+    body.write_text(json.dumps(REQUESTS["proofs"]))
+    nowhere = ["--json", str(body), "--url", "http://127.0.0.1:9"]
+    assert cli.main(["proofs", *nowhere, "-o", str(tmp_path / "proof.csv")]) == 2
+
+
 @pytest.mark.parametrize(
     ("address", "key", "told"),
     [
@@ -274,6 +327,14 @@ def test_plot_draws_curves_and_points_over_a_map(tmp_path, capsys):
         assert (code, paths > plain) == (0, True)
     assert drawn("unfolding-maps", "basins")[0] == drawn("basins", *over)[0] == 2
     assert "allowed: grazing-curves" in drawn("unfolding-maps", "basins")[1]
+
+
+def test_a_quantity_that_a_result_lacks_is_refused_with_those_it_has(tmp_path, capsys):
+    path = tmp_path / "diagram.npz"
+    path.write_bytes(npz("bifurcation-diagrams"))
+    assert cli.main(["plot", str(path), "--quantity", "foo"]) == 2
+    told = capsys.readouterr().err
+    assert all(name in told for name in QUANTITIES)
 
 
 def test_plot_of_something_else_gives_1(tmp_path, capsys):
