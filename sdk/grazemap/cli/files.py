@@ -65,10 +65,14 @@ def check_rows(what: str, path: Path, request: ProcessRequest) -> None:
 
 def check_tables(process: str) -> None:
     """Raise InvalidCommand for a process whose results have no table."""
-    from grazemap.results import RESULTS
-    from grazemap.results.tables import may_have_tables
+    from grazemap.results import RESULTS, Result
+    from grazemap.results.tables import is_table
 
-    if not any(may_have_tables(result) for result in RESULTS.values() if result.process == process):
+    def has_tables(result: type[Result]) -> bool:
+        derived = result.derived_tables is not Result.derived_tables
+        return derived or bool(result.schema.rows) or any(map(is_table, result.schema))
+
+    if not any(has_tables(result) for result in RESULTS.values() if result.process == process):
         raise InvalidCommand(f"there is no table of {process}")
 
 

@@ -54,14 +54,6 @@ def tables(result: Result) -> list[str]:
     return [*rows, *stored, *result.derived_tables(), *([POINTS] if _has_points(result) else [])]
 
 
-def may_have_tables(kind: type[Result]) -> bool:
-    """Return whether results of a class can have tables."""
-    from grazemap.results.base import Result
-
-    derived = kind.derived_tables is not Result.derived_tables
-    return bool(kind.schema.rows) or derived or any(is_table(field) for field in kind.schema)
-
-
 def dataframe(result: Result, name: str | None) -> pandas.DataFrame:
     """Return a table of a result, in its `shown_units`.
 
