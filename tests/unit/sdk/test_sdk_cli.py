@@ -465,6 +465,23 @@ def test_a_result_is_written_whether_or_not_anybody_reads_notes_and_names_of_fil
     assert output.exists()
 
 
+def test_all_tiles_are_computed_also_without_a_reader_of_their_names(monkeypatch, tmp_path):
+    computed: list[int] = []
+
+    def tiles(*_):
+        for index in range(5):
+            computed.append(index)
+            yield index, False
+
+    monkeypatch.setattr("grazemap.cli.tile_commands.worker_module", lambda _: SimpleNamespace(compute_tiles=tiles))
+    reader, writer = os.pipe()
+    os.close(reader)
+    with os.fdopen(writer, "w") as stream:
+        monkeypatch.setattr("sys.stdout", stream)
+        assert cli.main(["tile", str(tmp_path), "0", "--of", "1"]) == 0
+    assert computed == [0, 1, 2, 3, 4]
+
+
 def test_an_error_that_nobody_reads_keeps_its_exit_code(tmp_path):
     assert without_reader("stderr", "show", str(tmp_path / "absent.npz")).returncode == 1
 
