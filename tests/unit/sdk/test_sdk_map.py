@@ -9,6 +9,7 @@ import json
 import httpx2
 import pytest
 
+import grazemap
 from grazemap import constants, errors
 from grazemap.client import messages
 from grazemap.wire import TrajectoriesRequest
@@ -80,6 +81,13 @@ def test_invalid_requests_are_found_before_anything_is_sent(client, service):
     with pytest.raises(errors.ParameterError, match="/requests/1/request: this is no request"):
         list(client.map([("grazing-curves", CURVES[0]), CURVES[1]]))
     assert service.requests == []
+
+
+def test_invalid_requests_are_found_at_the_call_with_and_without_a_service(client):
+    with grazemap.direct() as direct:
+        for computes in (client, direct):
+            with pytest.raises(errors.ParameterError, match="/requests/1/request"):
+                computes.map("grazing-curves", [CURVES[0], {"omega": [2, 1]}])
 
 
 def test_an_error_that_the_service_finds_has_the_place_among_all_requests(client, service, monkeypatch):
