@@ -29,9 +29,9 @@ from grazemap import npz
 Document = dict[str, Any]
 # Number of elements of an array that are encoded at once; so many take less than a millisecond.
 _PIECE = 1024
-# Maximum number of Python objects for each byte of a file. Every record, and every element of its fields, becomes an
-# object of at least a hundred bytes. Results have at most one for every five bytes of the file, but a hostile file can
-# pack many equal records into a few bytes.
+# Maximum number of Python objects for each byte of a file. Every record becomes an object of at least a hundred bytes,
+# and so does every element of its fields, except that an array stays one array. Results have at most one object for
+# every five bytes of the file, but a hostile file can pack many equal records into a few bytes.
 _MAX_ENTRIES_PER_BYTE = 4
 # Maximum number of characters of the meta, the larger of two: twice the length of the longest request that services
 # take by default, and a number for each byte of the file.
@@ -76,7 +76,7 @@ def decode_npz(data: bytes) -> tuple[Document, dict[str, Any]]:
     """
     try:
         return _decoded(data)
-    except MemoryError:  # not an error of the bytes
+    except (CodecError, MemoryError):  # it says what is wrong; and not an error of the bytes
         raise
     # For damaged bytes zipfile, numpy and json raise many kinds of errors, some of them undocumented.
     except Exception as error:
@@ -109,9 +109,10 @@ def _decoded(data: bytes) -> tuple[Document, dict[str, Any]]:
     if len(shape) > npz.MAX_MEMBERS or sum(map(len, shape)) > len(data):
         raise CodecError("the structure has too many names")
     records = tuple(f"{name}." for name, kind in shape.items() if kind == "records")
-    if sum(_entries(name, array) for name, array in arrays.items() if name.startswith(records)) > (
-        _MAX_ENTRIES_PER_BYTE * len(data)
-    ):
+    # the entries of arrays in records, and the shapes of these arrays, become no objects
+    whole = {f"{name}.{part}" for name, kind in shape.items() if kind == "array" for part in ("values", "shape")}
+    counted = (name for name in arrays if name.startswith(records) and name not in whole)
+    if sum(_entries(name, arrays[name]) for name in counted) > _MAX_ENTRIES_PER_BYTE * len(data):
         raise CodecError("there are too many records")
     document: Document = {}
     for name in sorted({*arrays, *shape}):

@@ -37,7 +37,7 @@ POLL_START: Final = 0.1
 MAX_POLL_INTERVAL: Final = 2.0
 POLL_GROWTH: Final = 1.5
 
-# Maximum number of requests and bytes in one batch, within the limits of the service.
+# Maximum number of requests in one batch, for clients and services, and of bytes, within the limits of services.
 MAX_BATCH_REQUESTS: Final = 1000
 MAX_BATCH_BYTES: Final = 900_000
 # Maximum bytes of a line of the answer to a batch; a result in a line has at most a megabyte.
@@ -60,6 +60,8 @@ UNITS: Final = {
     "stiffnesses": "N/m",
     "dampings": "N s/m",
 }
+# By the quantity of a mass that varies over the initial states of basins.
+COORDINATE_UNITS: Final = {"displacement": "m", "velocity": "m/s"}
 # The units of machines, which go together.
 ENGINEERING_UNITS: Final = ("Hz", "mm")
 

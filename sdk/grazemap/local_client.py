@@ -17,8 +17,13 @@ class LocalClient(Client):
     """A `Client` of a stack on this machine; closing it stops the stack, unless another process uses it too."""
 
     def __init__(self, stack: LocalStack | JoinedStack) -> None:
-        super().__init__(stack.url)
         self._stack = stack
+        try:
+            # the stack has no keys, and that of the environment is for another service
+            super().__init__(stack.url, api_key="")
+        except BaseException:
+            stack.stop()
+            raise
 
     def __repr__(self) -> str:
         kept = f", results are {_REMOVED}" if self._stack.temporary else ""

@@ -18,7 +18,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
-from grazemap import constants, running_stacks
+from grazemap import constants, running_stacks, streams
 from grazemap.errors import GrazemapError, StackError
 from grazemap.server_command import stack_command
 from grazemap.start_display import StartDisplay, ready_line, start_display
@@ -102,14 +102,15 @@ def joined_stack(quiet: bool = False) -> JoinedStack | None:
     for membership in running_stacks.memberships():
         from grazemap.client import Client
 
-        with Client(membership.url, timeout=_JOIN_TIMEOUT, retries=0) as probe:
+        with Client(membership.url, api_key="", timeout=_JOIN_TIMEOUT, retries=0) as probe:
             try:
                 probe.status()
             except GrazemapError:
                 membership.close()
                 continue
         if not quiet:
-            sys.stderr.write(f"grazemap: using the stack at {membership.url} (GRAZEMAP_LOCAL=own starts another one)\n")
+            text = f"grazemap: using the stack at {membership.url} (GRAZEMAP_LOCAL=own starts another one)\n"
+            streams.write(sys.stderr, text)
         return JoinedStack(membership)
     return None
 

@@ -135,12 +135,15 @@ def is_used(path: Path) -> bool:
 
 def _remove_if_ended(path: Path) -> None:
     """Remove the folder of a stack that has ended, or that was killed before it had announced itself."""
+    ended = False
     for name in (_STACK, _WITHDRAWN):
         with suppress(OSError), (path / name).open("rb") as file:
             if not _locked(file):
                 return
+            ended = True
     with suppress(OSError):
-        if time.time() - path.stat().st_mtime > _YOUNG_SECONDS or (path / _STACK).exists():
+        # a stack may announce itself at this moment, so its file is not looked at again
+        if ended or time.time() - path.stat().st_mtime > _YOUNG_SECONDS:
             shutil.rmtree(path, ignore_errors=True)
 
 

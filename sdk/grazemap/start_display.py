@@ -8,6 +8,7 @@ import time
 from html import escape
 from typing import IO, Any, Protocol, TextIO
 
+from grazemap import streams
 from grazemap.notebook import NotebookDisplay, runs_in_notebook
 
 # Maximum width of a line. A longer one would be broken by the terminal, and only its end would be overwritten.
@@ -68,15 +69,13 @@ class StartLine:
             return
         self._steps.add(step)
         line = f"grazemap: {text}"
-        self._stream.write(f"\r{line[:_COLUMNS]:<{_COLUMNS}}" if self._terminal else f"{line}\n")
-        self._stream.flush()
+        streams.write(self._stream, f"\r{line[:_COLUMNS]:<{_COLUMNS}}" if self._terminal else f"{line}\n")
         self._open = self._terminal
 
     def close(self, ready: bool) -> None:
         """Remove the line from the terminal."""
         if self._open:
-            self._stream.write(f"\r{'':<{_COLUMNS}}\r")
-            self._stream.flush()
+            streams.write(self._stream, f"\r{'':<{_COLUMNS}}\r")
             self._open = False
 
 
@@ -102,8 +101,7 @@ class StartLog:
             self._write(f"ready after {time.monotonic() - self._began:.0f} s")
 
     def _write(self, text: str) -> None:
-        self._stream.write(f"grazemap: {text}\n")
-        self._stream.flush()
+        streams.write(self._stream, f"grazemap: {text}\n")
 
 
 class StartNotebook(NotebookDisplay):

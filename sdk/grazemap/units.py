@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from numbers import Real
 from typing import Any, NamedTuple
 
-from grazemap.constants import ENGINEERING_UNITS, UNITS
+from grazemap.constants import COORDINATE_UNITS, ENGINEERING_UNITS, UNITS
 
 
 def _thousandth(value: float) -> float:
@@ -60,7 +60,7 @@ _OF_OSCILLATOR = {
     f"{OSCILLATOR}.bias": "N",
     f"{OSCILLATOR}.base.amplitude": UNITS["clearance"],
 }
-FIELD_UNITS = UNITS | {"overshoot": "m", "displacement": "m"} | _OF_OSCILLATOR
+FIELD_UNITS = UNITS | {"overshoot": "m", "displacement": COORDINATE_UNITS["displacement"]} | _OF_OSCILLATOR
 _NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?) ?([A-Za-z/][A-Za-z/ ·*]*)?")
 # Units without what stands between their factors, which is written in several ways.
 _FACTORS = {re.sub(" ", "", unit): unit for units in _CONVERSIONS.values() for unit in units}

@@ -32,6 +32,7 @@ class FakeService:
         self.ending = "successful"
         self.most_lines = 1000
         self.ready = True
+        self.shared = False
         self.upcoming: list[httpx2.Response | Exception] = []
 
     def __call__(self, request: httpx2.Request) -> httpx2.Response:
@@ -60,6 +61,8 @@ class FakeService:
             return problem(404, "unknown-job")
         job = self.jobs[parts[2]]
         if request.method == "DELETE":
+            if self.shared:
+                return httpx2.Response(200, json=job | {"notes": [{"code": "goes-on", "detail": "it goes on"}]})
             if job["status"] in ("accepted", "running"):
                 job["status"] = "dismissed"
             return httpx2.Response(200, json=job)

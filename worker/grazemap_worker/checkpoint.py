@@ -15,10 +15,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
-from uuid import uuid4
 
 from grazemap.codec import CodecError, decode_npz
 from grazemap.errors import CheckpointError
+from grazemap.whole_files import unfinished
 from grazemap.wire import ProcessRequest, parse_request
 from grazemap_worker.computation import Computation
 
@@ -77,12 +77,12 @@ class Checkpoint:
     def write(self, index: int, fingerprint: str, data: bytes) -> None:
         """Keep a tile. Raises OSError."""
         path = self._path(index, fingerprint)
-        with _unfinished(path, data) as unfinished:
-            os.replace(unfinished, path)
+        with _unfinished(path, data) as beside:
+            os.replace(beside, path)
 
     def others(self, fingerprint: str) -> list[str]:
         """Return the fingerprints of other numerics of which there are tiles."""
-        names = {path.name.split(".")[1] for path in (self._folder / _TILES).glob("*.*.npz")}
+        names = {path.name.split(".")[1] for path in (self._folder / _TILES).glob("[0-9]*.*.npz")}
         return sorted(names - {fingerprint})
 
     def _path(self, index: int, fingerprint: str) -> Path:
@@ -104,13 +104,10 @@ def _read(folder: Path) -> dict[str, Any]:
 
 @contextmanager
 def _unfinished(path: Path, content: bytes) -> Iterator[Path]:
-    """Write a file beside another one, to be renamed in this block; remove it if it was not."""
-    unfinished = path.with_name(f"{path.name}.{uuid4().hex[:16]}.tmp")
-    try:
-        with unfinished.open("wb") as file:
+    """Write a file, to the disk, beside another one, to be renamed in this block; remove it if it was not."""
+    with unfinished(path) as beside:
+        with beside.open("wb") as file:
             file.write(content)
             file.flush()
             os.fsync(file.fileno())
-        yield unfinished
-    finally:
-        unfinished.unlink(missing_ok=True)
+        yield beside

@@ -6,15 +6,16 @@ Exit codes: 0 success; 1 failure of the service, the job or a file; 2 invalid co
 
 from __future__ import annotations
 
+import argparse
 import io
-import os
 import sys
 import warnings
 from collections.abc import Sequence
 from typing import Any
 
+from grazemap import streams
 from grazemap.cli import commands
-from grazemap.cli.exit_codes import DONE, FAILED, INTERRUPTED, INVALID, InvalidCommand, fail
+from grazemap.cli.exit_codes import FAILED, INTERRUPTED, INVALID, InvalidCommand, fail, say
 from grazemap.errors import ConnectionFailed, GrazemapError, ParameterError, RequestWarning
 
 
@@ -23,16 +24,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # not every console can show the infinity of a label
-    options = commands.parsed(sys.argv[1:] if arguments is None else arguments)
+    try:
+        options = commands.parsed(sys.argv[1:] if arguments is None else arguments)
+        return _run(options)
+    finally:
+        # also the help, after which `parsed` has ended this process
+        streams.flush(sys.stdout)
+        streams.flush(sys.stderr)
+
+
+def _run(options: argparse.Namespace) -> int:
+    """Run the command of some options, report what it raises, and return its exit code."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("always", RequestWarning)
             warnings.showwarning = _print_warning
             code: int = options.command(options)
-            sys.stdout.flush()
-    except BrokenPipeError:  # the reader of the output, such as `head`, has closed it
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return DONE
     except (InvalidCommand, ParameterError) as error:
         return fail(error, INVALID)
     except ConnectionFailed as error:
@@ -41,10 +48,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return fail(error, FAILED)
     except KeyboardInterrupt as interrupt:
         for note in getattr(interrupt, "__notes__", ()):
-            print(f"grazemap: {note}", file=sys.stderr)
+            say(note)
         return INTERRUPTED
     return code
 
 
 def _print_warning(message: Warning | str, *_: Any, **__: Any) -> None:
-    print(f"grazemap: note: {message}", file=sys.stderr)
+    say(f"note: {message}")

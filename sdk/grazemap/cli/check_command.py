@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from grazemap.cli import files
-from grazemap.cli.exit_codes import DONE, FAILED, InvalidCommand, fail
+from grazemap.cli.exit_codes import DONE, FAILED, InvalidCommand, fail, printing
 from grazemap.module_command import module_command
 
 _MAX_BYTES = 50_000_000
@@ -65,9 +65,10 @@ def _print(answer: dict[str, Any]) -> int:
         return fail("the certificate says that its statement is undecided", FAILED)
     if answer["outcome"] == "refused":
         return fail(f"not verified: {answer['reason']}", FAILED)
-    print(f"verified: the statement is {answer['verdict']}")
-    for name, value in (answer["statement"] | answer["oscillator"]).items():
-        print(f"  {name}: {json.dumps(value)}")
-    for name, value in answer["enclosures"].items():
-        print(f"  shown, {name}: {json.dumps(value)}")
+    with printing():
+        print(f"verified: the statement is {answer['verdict']}")
+        for name, value in (answer["statement"] | answer["oscillator"]).items():
+            print(f"  {name}: {json.dumps(value)}")
+        for name, value in answer["enclosures"].items():
+            print(f"  shown, {name}: {json.dumps(value)}")
     return DONE

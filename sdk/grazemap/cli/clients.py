@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import os
-import sys
 
 from grazemap import constants
-from grazemap.cli.exit_codes import InvalidCommand
+from grazemap.cli.exit_codes import InvalidCommand, say
 from grazemap.client import Client
 from grazemap.errors import GrazemapError
 from grazemap.local_client import LocalClient
@@ -23,7 +22,7 @@ def service_or_stack(url: str | None, quiet: bool) -> Client:
     """
     if url or os.environ.get("GRAZEMAP_URL"):
         return client_of(url)
-    with Client(timeout=_PROBE_TIMEOUT, retries=0) as probe:
+    with client_of(None, retries=0, timeout=_PROBE_TIMEOUT) as probe:
         try:
             running = "processes" in probe.describe()
         except GrazemapError:
@@ -31,13 +30,15 @@ def service_or_stack(url: str | None, quiet: bool) -> Client:
     if not running:
         return LocalClient(joined_stack(quiet) or LocalStack(quiet=quiet))
     if not quiet:
-        print(f"grazemap: using the service at {constants.DEFAULT_BASE_URL}", file=sys.stderr)
-    return Client()
+        say(f"using the service at {constants.DEFAULT_BASE_URL}")
+    return client_of(None)
 
 
-def client_of(url: str | None, retries: int = constants.DEFAULT_RETRIES) -> Client:
+def client_of(
+    url: str | None, retries: int = constants.DEFAULT_RETRIES, timeout: float = constants.DEFAULT_TIMEOUT
+) -> Client:
     """Return a client of the service at an address, or at the default address. Raises InvalidCommand."""
     try:
-        return Client(url, retries=retries)
+        return Client(url, retries=retries, timeout=timeout)
     except ValueError as error:
         raise InvalidCommand(str(error)) from error

@@ -6,7 +6,7 @@ import argparse
 from typing import Any
 
 from grazemap.cli import commands
-from grazemap.cli.exit_codes import DONE
+from grazemap.cli.exit_codes import DONE, printing
 
 _SHELLS = ("bash", "zsh", "tcsh")
 
@@ -22,7 +22,8 @@ def _completion(options: argparse.Namespace) -> int:
 
     parser = commands.parser()
     _complete_files(parser, {"FILE": shtab.FILE, "FOLDER": shtab.DIRECTORY})
-    print(shtab.complete(parser, options.shell))
+    with printing():
+        print(shtab.complete(parser, options.shell))
     return DONE
 
 

@@ -9,6 +9,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from grazemap import constants
 from grazemap.cli import files
 from grazemap.cli.command_request import CommandRequest
 from grazemap.cli.exit_codes import DONE, NOT_FOUND, InvalidCommand, fail
@@ -30,17 +31,27 @@ def compute(options: argparse.Namespace) -> int:
         files.check_output(name, path, suffixes)
         if path.suffix in files.PICTURES:
             files.check_drawn(options.process)
+        if path.suffix in constants.TABLE_FILES:
+            files.check_tables(options.process)
     command_request = request_of(options)
     with command_request.naming_flags():
         request = command_request.validated()
+        for name, path, _ in targets:
+            files.check_rows(name, path, request)
         result = _result(request, options).in_units(*command_request.shown_units)
-    from grazemap.cli.result_commands import describe
-    from grazemap.results import OrbitBranch, PeriodicOrbit
-
     for name, path, _ in targets:
         files.write(name, path, result, options.style)
     if not targets:
+        from grazemap.cli.result_commands import describe
+
         describe(result)
+    return code_of(result)
+
+
+def code_of(result: Result) -> int:
+    """Return the exit code of a command that has computed a result; report a periodic orbit that was not found."""
+    from grazemap.results import OrbitBranch, PeriodicOrbit
+
     if (isinstance(result, PeriodicOrbit) and not result.converged) or (
         isinstance(result, OrbitBranch) and result.parameter.size == 0
     ):

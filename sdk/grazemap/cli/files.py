@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,10 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grazemap import constants
-from grazemap.cli.exit_codes import InvalidCommand
+from grazemap.cli.exit_codes import InvalidCommand, printing
 
 if TYPE_CHECKING:
     from grazemap.results import Result
+    from grazemap.wire import ProcessRequest
 
 PICTURES = constants.PICTURE_FILES
 OUTPUTS = (".npz", ".json", *constants.TABLE_FILES, *PICTURES)
@@ -47,6 +49,31 @@ def check_output(what: str, path: Path, endings: tuple[str, ...]) -> None:
         from grazemap.results.tables import require_writer
 
         require_writer(path.suffix)
+
+
+def check_rows(what: str, path: Path, request: ProcessRequest) -> None:
+    """Raise InvalidCommand, before the computation, for a table that cannot have all points of a plane."""
+    from grazemap.results.tables import POINTS, require_rows
+    from grazemap.wire.planes import PlaneRequest
+
+    if isinstance(request, PlaneRequest):
+        try:
+            require_rows(path.suffix, math.prod(request.plane.shape), POINTS)
+        except ValueError as error:
+            raise InvalidCommand(f"{what} {path}: {error}") from error
+
+
+def check_tables(process: str) -> None:
+    """Raise InvalidCommand for a process whose results have no table."""
+    from grazemap.results import RESULTS, Result
+    from grazemap.results.tables import is_table
+
+    def has_tables(result: type[Result]) -> bool:
+        derived = result.derived_tables is not Result.derived_tables
+        return derived or bool(result.schema.rows) or any(map(is_table, result.schema))
+
+    if not any(has_tables(result) for result in RESULTS.values() if result.process == process):
+        raise InvalidCommand(f"there is no table of {process}")
 
 
 def check_drawn(process: str) -> None:
@@ -96,4 +123,5 @@ def write(
                 result.save(path)
         except ValueError as error:
             raise InvalidCommand(f"{what} {path}: {error}") from error
-    print(path)
+    with printing():
+        print(path)

@@ -11,7 +11,7 @@ from typing import Any
 
 from grazemap import constants
 from grazemap.cli import files
-from grazemap.cli.exit_codes import DONE, InvalidCommand
+from grazemap.cli.exit_codes import DONE, InvalidCommand, printing
 from grazemap.results import (
     BifurcationCurves,
     BifurcationDiagram,
@@ -70,14 +70,15 @@ def add_arguments(command: argparse.ArgumentParser, name: str) -> None:
 
 def describe(result: Result) -> None:
     """Print what a result is: its request, its notes, its tables."""
-    print(repr(result)[1:-1])
-    print(f"core      {result.meta.get('core_version', 'unknown')}")
-    print(f"request   {json.dumps(result.meta['request'])}")
-    for note in result.notes:
-        print(f"note      {note.detail}")
-    for name in tables(result):
-        print(f"table     {name}")
-        print(*text(shown_columns(result, name), _ROWS, _WIDTH), sep="\n")
+    with printing():
+        print(repr(result)[1:-1])
+        print(f"core      {result.meta.get('core_version', 'unknown')}")
+        print(f"request   {json.dumps(result.meta['request'])}")
+        for note in result.notes:
+            print(f"note      {note.detail}")
+        for name in tables(result):
+            print(f"table     {name}")
+            print(*text(shown_columns(result, name), _ROWS, _WIDTH), sep="\n")
 
 
 def _plot(options: argparse.Namespace) -> int:
@@ -107,7 +108,7 @@ def _quantity(result: Any, name: str | None) -> dict[str, Any]:
     observed = [variable.name for variable, _ in variables_of(result)] if has_quantities else []
     own = QUANTITIES if isinstance(result, BifurcationDiagram) else ()
     if name not in (*own, *observed):
-        allowed = ", ".join(observed) or "none"
+        allowed = ", ".join((*own, *observed)) or "none"
         raise InvalidCommand(f"--quantity names what this result does not have (allowed: {allowed})")
     return {"quantity": name}
 
@@ -139,10 +140,12 @@ def _show(options: argparse.Namespace) -> int:
             result.save(options.output, options.table)
     except ValueError as error:
         raise InvalidCommand(f"--table: {error}") from error
-    print(options.output)
+    with printing():
+        print(options.output)
     return DONE
 
 
 def _schema(options: argparse.Namespace) -> int:
-    print(json.dumps(PROCESSES[options.process].model_json_schema(), indent=2))
+    with printing():
+        print(json.dumps(PROCESSES[options.process].model_json_schema(), indent=2))
     return DONE

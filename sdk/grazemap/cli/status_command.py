@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from grazemap import constants
-from grazemap.cli.exit_codes import DONE, FAILED
+from grazemap.cli.exit_codes import DONE, FAILED, printing, say
 from grazemap.errors import GrazemapError
 
 if TYPE_CHECKING:
@@ -38,16 +38,29 @@ def _status(options: argparse.Namespace) -> int:
     from grazemap.cli.clients import client_of  # with the client
 
     with client_of(options.url, retries=0) as client:
-        while options.watch:
-            try:
-                text = _shown(client, options.json)[0]
-            except GrazemapError as error:
-                text = f"{client.base_url}: {error}"
-            print(text if options.json else _CLEAR + text, flush=True)
-            time.sleep(_REFRESH_SECONDS)
+        if options.watch:
+            with printing():
+                _watch(client, options.json)
+            return DONE
         text, ready = _shown(client, options.json)
-        print(text)
+        with printing():
+            print(text)
     return DONE if ready else FAILED
+
+
+def _watch(client: Client, as_json: bool) -> None:
+    """Show the service until Ctrl-C. A failure is shown in its place, but not among lines of JSON."""
+    while True:
+        try:
+            text = _shown(client, as_json)[0]
+            print(text if as_json else _CLEAR + text, flush=True)
+        except GrazemapError as error:
+            text = f"{client.base_url}: {error}"
+            if as_json:
+                say(text)
+            else:
+                print(_CLEAR + text, flush=True)
+        time.sleep(_REFRESH_SECONDS)
 
 
 def _shown(client: Client, as_json: bool) -> tuple[str, bool]:

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import argparse
+import json
 import os
 from pathlib import Path
 
 from grazemap.cli import files
-from grazemap.cli.computation import request_of
-from grazemap.cli.exit_codes import DONE, InvalidCommand
+from grazemap.cli.computation import code_of, request_of
+from grazemap.cli.exit_codes import DONE, InvalidCommand, printing
 from grazemap.client.events import Event
 from grazemap.client.messages import result_of
 from grazemap.client.progress import ProgressListener
 from grazemap.server_command import worker_module
+from grazemap.whole_files import whole_file
 
+# The units in which the request was written, as JSON in the folder: they are no part of the request, nor of a tile.
+_UNITS = "shown_units.json"
 # What Slurm tells the tasks of an array: this task, the first and the last one, their number, and their distance.
 _ARRAY = [f"SLURM_ARRAY_TASK_{name}" for name in ("ID", "MIN", "MAX", "COUNT", "STEP")]
 
@@ -48,18 +52,22 @@ def plan(options: argparse.Namespace) -> int:
         request = command_request.validated()
     with files.naming_errors("the folder", options.output):
         planned = worker_module("direct").planned(request, options.output)
+        with whole_file(options.output / _UNITS) as path:
+            path.write_text(json.dumps(command_request.shown_units), encoding="utf-8")
     count, seconds = planned.plan.tile_count if planned.has_tiles else 0, planned.plan.estimate.seconds
-    print(f"{options.output}: {count} tiles, about {seconds:.3g} s of one core in all")
-    if count:
-        print(f"for each INDEX from 0 to {count - 1}, anywhere: grazemap tile {options.output} INDEX")
-    print(f"then: grazemap assemble {options.output} -o FILE")
+    with printing():
+        print(f"{options.output}: {count} tiles, about {seconds:.3g} s of one core in all")
+        if count:
+            print(f"for each INDEX from 0 to {count - 1}, anywhere: grazemap tile {options.output} INDEX")
+        print(f"then: grazemap assemble {options.output} -o FILE")
     return DONE
 
 
 def _tile(options: argparse.Namespace) -> int:
     first, step = _share(options)
     for index, kept in worker_module("direct").compute_tiles(options.folder, first, step):
-        print(f"tile {index}{': there already' if kept else ''}", flush=True)
+        with printing():
+            print(f"tile {index}{': there already' if kept else ''}")
     return DONE
 
 
@@ -90,5 +98,19 @@ def _assemble(options: argparse.Namespace) -> int:
         request, outcome = worker_module("direct").assembled(
             options.folder, lambda name, data: listener(Event("", name, data))
         )
-    files.write("the output (-o)", options.output, result_of(request, outcome))
-    return DONE
+    result = result_of(request, outcome).in_units(*_shown_units(options.folder))
+    files.write("the output (-o)", options.output, result)
+    return code_of(result)
+
+
+def _shown_units(folder: Path) -> list[str]:
+    """Return the units in which the request of a folder was written."""
+    path = folder / _UNITS
+    with files.naming_errors("the units", path):
+        try:
+            units = json.loads(path.read_text(encoding="utf-8"))
+        except FileNotFoundError:  # the folder is a checkpoint
+            return []
+    if not isinstance(units, list) or not all(isinstance(unit, str) for unit in units):
+        raise InvalidCommand(f"{path} is no list of units")
+    return units

@@ -7,6 +7,7 @@ takes none of them. Whatever numpy reads as a list or a number is one for every 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from numbers import Integral
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, NamedTuple, Protocol, Union, get_args, get_origin, runtime_checkable
 
@@ -130,7 +131,7 @@ def as_grid(argument: Argument, values: Any) -> Any:
     """
     name, points, keyword = argument.name.replace("/", "."), argument.points, argument.keyword
     at = f"/{argument.name}"
-    if isinstance(values, tuple) and len(values) == 3 and isinstance(values[2], int):
+    if isinstance(values, tuple) and len(values) == 3 and isinstance(values[2], Integral):
         detail = f"{name} is a tuple of three numbers, and the last one would be a value"
         raise refusal(at, detail, f"({values[0]}, {values[1]}) with {keyword}, or a list of values")
     if isinstance(values, tuple) and len(values) == 2:
@@ -220,7 +221,7 @@ def _as_ranges(_: Argument, ranges: Any) -> Any:
 
 def _as_range(span: Any) -> Any:
     span = plain(span)
-    if isinstance(span, int | float):
+    if isinstance(span, int | float | str):  # a number, also with a unit
         return {"start": span, "stop": span}
     return {"start": span[0], "stop": span[1]} if isinstance(span, list) and len(span) == 2 else span
 
@@ -228,7 +229,7 @@ def _as_range(span: Any) -> Any:
 def _as_sizes(_: Argument, sizes: Any) -> Any:
     """Return numbers as a list, also a single one."""
     sizes = plain(sizes)
-    return [sizes] if isinstance(sizes, int | float) else sizes
+    return [sizes] if isinstance(sizes, int | float | str) else sizes
 
 
 def _as_states(argument: Argument, states: Any) -> Any:

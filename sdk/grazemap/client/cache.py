@@ -11,8 +11,9 @@ import hashlib
 import json
 import logging
 import os
-import tempfile
 from pathlib import Path
+
+from grazemap.whole_files import unfinished
 
 _log = logging.getLogger(__name__)
 
@@ -49,14 +50,10 @@ class ResultCache:
     def _write(self, job_id: str, etag: str, data: bytes) -> None:
         self.folder.mkdir(parents=True, exist_ok=True)
         header = json.dumps({"etag": etag, "sha256": hashlib.sha256(data).hexdigest()}).encode()
-        handle, name = tempfile.mkstemp(dir=self.folder, prefix=".writing-")
-        try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(header + b"\n" + data)
-            os.replace(name, self._path(job_id))
-        except BaseException:
-            Path(name).unlink(missing_ok=True)
-            raise
+        with unfinished(self._path(job_id)) as path:
+            path.touch(0o600)
+            path.write_bytes(header + b"\n" + data)
+            os.replace(path, self._path(job_id))
 
     def _path(self, job_id: str) -> Path:
         return self.folder / f"{job_id}.result"

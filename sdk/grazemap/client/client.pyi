@@ -76,7 +76,10 @@ class JobHandle:
             The job is not finished.
         """
     def cancel(self) -> JobHandle:
-        """Dismiss the job, unless it is finished, and return the handle."""
+        """Dismiss the job, unless it is finished, and return the handle.
+
+        A job that others asked for too goes on; a warning says so.
+        """
 
 class Client(Methods):
     """Sends requests to a grazemap service. Nothing is sent before a method is called.

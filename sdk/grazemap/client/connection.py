@@ -18,6 +18,8 @@ from grazemap import constants
 from grazemap.client.http import ConnectionSettings, failure_of, pause, problem_of
 from grazemap.errors import ConnectionFailed, ProtocolError, ServiceProblem
 
+# Seconds for which an answer is awaited also after a deadline.
+_LEAST_PATIENCE = 1.0
 P = ParamSpec("P")
 T = TypeVar("T")
 
@@ -53,7 +55,7 @@ class AsyncConnection:
         retries : int, optional
             Number of further attempts; left out: as in the settings.
         deadline : float, optional
-            Time of `now` after which no further attempt starts.
+            Time of `now` after which no further attempt starts, and an attempt waits no longer for an answer.
 
         Raises
         ------
@@ -69,7 +71,10 @@ class AsyncConnection:
             failure: ServiceProblem | ConnectionFailed
             retry_after: float | None = None
             try:
-                answer = self._http.stream(method, path, params=params, headers=headers, content=content)
+                timeout = self._timeout(deadline)
+                answer = self._http.stream(
+                    method, path, params=params, headers=headers, content=content, timeout=timeout
+                )
                 async with answer as streamed:
                     response = await _read(streamed)
             except httpx2.RequestError as error:
@@ -77,7 +82,7 @@ class AsyncConnection:
                 again = not isinstance(error, httpx2.UnsupportedProtocol)
             else:
                 if response.status_code < 400:
-                    return response
+                    return final(response)
                 failure = problem_of(response)
                 retry_after = failure.retry_after
                 again = response.status_code in constants.RETRIED_STATUSES
@@ -88,6 +93,12 @@ class AsyncConnection:
                 break
             await self.sleep(seconds)
         raise failure
+
+    def _timeout(self, deadline: float | None) -> float:
+        """Return the seconds without data after which an attempt has failed."""
+        if deadline is None:
+            return self.settings.timeout
+        return min(self.settings.timeout, max(_LEAST_PATIENCE, deadline - self.now()))
 
     def stream(
         self,
@@ -166,6 +177,16 @@ class _BlockingStream(httpx2.SyncByteStream, httpx2.AsyncByteStream):
 
     async def aclose(self) -> None:
         self._stream.close()
+
+
+def final(response: httpx2.Response) -> httpx2.Response:
+    """Return an answer that is not an error. Raises ProtocolError for one that says to ask elsewhere."""
+    if response.has_redirect_location:
+        place = response.headers["location"]
+        raise ProtocolError(
+            f"the answer is a redirect (HTTP status {response.status_code}) to {place}: use its address"
+        )
+    return response
 
 
 async def _read(streamed: httpx2.Response) -> httpx2.Response:

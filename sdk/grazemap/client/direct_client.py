@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import AsyncGenerator, Iterable, Mapping
+from collections.abc import AsyncGenerator, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any, Self, TypeVar, cast
 
 from grazemap.client.blocking import blocking
 from grazemap.client.events import Event
-from grazemap.client.messages import merged_notes, result_of, warn_about
+from grazemap.client.messages import notes_on_all, result_of, warn_about
 from grazemap.client.methods import AsyncMethods, Methods
 from grazemap.client.progress import ProgressListener
 from grazemap.errors import GrazemapError, JobError
@@ -85,7 +85,7 @@ class AsyncDirectClient(AsyncMethods):
             outcome = self._direct.compute(request, lambda name, data: listener(Event("", name, data)), folder)
         return result_of(request, outcome)
 
-    async def map(
+    def map(
         self,
         process: str | Iterable[ProcessRequest | tuple[str, Mapping[str, Any]]],
         requests: Iterable[ProcessRequest | Mapping[str, Any]] = (),
@@ -111,16 +111,7 @@ class AsyncDirectClient(AsyncMethods):
         JobFailed
             In place of a result.
         """
-        models = validated_each(process, requests)
-        warn_about(merged_notes([note for request in models for note in (*notes_on(request), *unstated(request))]))
-        for request, outcome in zip(models, self._direct.each(models), strict=True):
-            try:
-                result: Result | GrazemapError = result_of(request, outcome)
-            except JobError as error:
-                if not return_exceptions:
-                    raise
-                result = error
-            yield result
+        return _each(self._direct, validated_each(process, requests), return_exceptions)
 
     async def estimate(self, process: str, request: ProcessRequest | Mapping[str, Any]) -> Forecast:
         """Return what a request is expected to cost; nothing is computed. Its notes are issued as warnings, too."""
@@ -133,6 +124,21 @@ class AsyncDirectClient(AsyncMethods):
     async def close(self) -> None:
         """End the processes that this client has started; an executor that was given goes on."""
         self._direct.close()
+
+
+async def _each(
+    direct: Any, requests: Sequence[ProcessRequest], return_exceptions: bool
+) -> AsyncGenerator[Result | GrazemapError]:
+    """Compute requests, and yield their results or, if they are asked for, exceptions."""
+    warn_about(notes_on_all(requests))
+    for request, outcome in zip(requests, direct.each(requests), strict=True):
+        try:
+            result: Result | GrazemapError = result_of(request, outcome)
+        except JobError as error:
+            if not return_exceptions:
+                raise
+            result = error
+        yield result
 
 
 @blocking(AsyncDirectClient)

@@ -12,9 +12,9 @@ from urllib.parse import parse_qs, urlsplit
 import httpx2
 
 from grazemap.client import messages
-from grazemap.client.connection import AsyncConnection
+from grazemap.client.connection import AsyncConnection, final
 from grazemap.client.events import Event
-from grazemap.client.http import JOB_ID, failure_of, job_path, json_object, pause, problem_of
+from grazemap.client.http import failure_of, job_path, json_object, pause, problem_of
 from grazemap.client.progress import ProgressListener
 from grazemap.client.watch import Follower
 from grazemap.constants import (
@@ -46,6 +46,7 @@ from grazemap.wire import (
     notes_on,
     unstated,
 )
+from grazemap.wire.notes import GOES_ON
 
 R = TypeVar("R", bound=Result)
 _JSON = {"content-type": "application/json"}
@@ -123,11 +124,13 @@ class AsyncJobHandle:
         For a finished job, the events that the service still stores are repeated, at least the last progress and done.
         When less than 45 s remain, the job is polled, and only progress, waiting and done are yielded.
         """
-        follower = Follower(self._connection, job_path(self.id), timeout, replay=True)
-        async with aclosing(follower.events()) as events:
-            async for event in events:
-                yield event
-        self._job = follower.job or self._job
+        follower = Follower(self._connection, job_path(self.id), timeout, self._job, replay=True, stale=True)
+        try:
+            async with aclosing(follower.events()) as events:
+                async for event in events:
+                    yield event
+        finally:
+            self._job = follower.job or self._job
 
     async def wait(self, timeout: float | None = None, progress: bool = False) -> AsyncJobHandle:
         """Wait until the job is successful, and return the handle.
@@ -150,13 +153,22 @@ class AsyncJobHandle:
         deadline = None if timeout is None else now() + timeout
         with messages.saying_what_goes_on(self.id), ProgressListener(self.process, progress) as listener:
             try:
-                self._job = await Follower(self._connection, job_path(self.id), timeout).run(listener)
+                await self._follow(timeout, listener)
             except NotFound as error:
                 await self._submit_again(error)
-                remaining = None if deadline is None else max(0.0, deadline - now())
-                self._job = await Follower(self._connection, job_path(self.id), remaining).run(listener)
+                await self._follow(None if deadline is None else max(0.0, deadline - now()), listener)
         messages.require_success(self._job)
         return self
+
+    async def _follow(
+        self, timeout: float | None = None, listen: Callable[[Event], None] | None = None, stale: bool = True
+    ) -> None:
+        """Follow the job to its end; the handle has what was last seen of it, also where that fails."""
+        follower = Follower(self._connection, job_path(self.id), timeout, self._job, stale=stale)
+        try:
+            await follower.run(listen)
+        finally:
+            self._job = follower.job or self._job
 
     async def result(self) -> Result:
         """Fetch the result of a finished job.
@@ -170,11 +182,20 @@ class AsyncJobHandle:
             The job is not finished.
         """
         try:
-            return await fetch_result(self._connection, self.id)
+            return await self._fetch_result()
         except NotFound as error:
             await self._submit_again(error)
-        messages.require_success(await Follower(self._connection, job_path(self.id), job=self._job).run())
-        return await fetch_result(self._connection, self.id)
+        await self._follow(stale=False)
+        messages.require_success(self._job)
+        return await self._fetch_result()
+
+    async def _fetch_result(self) -> Result:
+        try:
+            return await fetch_result(self._connection, self.id)
+        except JobError as error:
+            if error.job.id == self.id:
+                self._job = error.job
+            raise
 
     async def _submit_again(self, error: NotFound) -> None:
         """Submit the request again if the service has lost the job; otherwise raise the error."""
@@ -183,8 +204,12 @@ class AsyncJobHandle:
         self._job = await submit(self._connection, self._request)
 
     async def cancel(self) -> AsyncJobHandle:
-        """Dismiss the job, unless it is finished, and return the handle."""
+        """Dismiss the job, unless it is finished, and return the handle.
+
+        A job that others asked for too goes on; a warning says so.
+        """
         self._job = Job.read((await self._connection.send("DELETE", job_path(self.id))).content)
+        messages.warn_about([note for note in self._job.notes if note.code == GOES_ON])
         return self
 
 
@@ -257,13 +282,13 @@ async def compute(connection: AsyncConnection, kind: type[R], request: ProcessRe
 async def _compute(
     connection: AsyncConnection, request: ProcessRequest, listen: Callable[[Event], None] | None = None
 ) -> Result:
-    """Submit a request, wait for its job, and return the result."""
+    """Submit a request, wait for its job, and return the result; with a cache, that of the cache if it has it."""
     wait = PREFER_WAIT if connection.settings.timeout > 2 * PREFER_WAIT else 0
-    prefer = f"wait={wait}, return=representation"
+    prefer = f"wait={wait}" if connection.settings.cache else f"wait={wait}, return=representation"
     response = await _post(connection, request, prefer=prefer, accept=f"{_NPZ_TYPE}, application/json;q=0.5")
     if response.headers.get("content-type") == _NPZ_TYPE:
         messages.warn_about([*notes_on(request), *unstated(request)])
-        return await _decoded(connection, response.headers.get("location", "").rpartition("/")[2], response)
+        return await _read(connection, response.content)
     job = messages.job_of(response, request)
     with messages.saying_what_goes_on(job.id):
         messages.require_success(await Follower(connection, job_path(job.id), job=job).run(listen))
@@ -274,15 +299,6 @@ async def _read(connection: AsyncConnection, data: bytes) -> Result:
     """Return the result in npz, and issue its notes."""
     result = await connection.work(decode_result, data, connection.settings.base_url)
     messages.announce(result)
-    return result
-
-
-async def _decoded(connection: AsyncConnection, job_id: str, response: httpx2.Response) -> Result:
-    """Return the result in an answer, and write it to the cache of the client."""
-    result = await _read(connection, response.content)
-    cache, etag = connection.settings.cache, response.headers.get("etag")
-    if cache and etag and JOB_ID.fullmatch(job_id):
-        await connection.work(cache.write, job_id, etag, response.content)
     return result
 
 
@@ -298,11 +314,11 @@ async def compute_many(
     QueueFull, ServiceUnavailable, ConnectionFailed
         After the last attempt.
     """
-    messages.warn_about(
-        messages.merged_notes([note for request in requests for note in (*notes_on(request), *unstated(request))])
-    )
     offset = 0
     for bodies in messages.batches(map(_batch_member, requests)):
+        # the notes on a request of many masses take as long as computing some requests
+        notes = await connection.work(messages.notes_on_all, requests[offset : offset + len(bodies)])
+        messages.warn_about(notes)
         lines: dict[int, dict[str, Any]] = {}
         yielded = attempt = 0
         while yielded < len(bodies):
@@ -348,6 +364,7 @@ async def _lines(connection: AsyncConnection, bodies: Sequence[bytes]) -> AsyncG
             if response.status_code >= 400:
                 await response.aread()
                 raise problem_of(response)
+            final(response)
             async for piece in response.aiter_bytes():
                 *whole, rest = (rest + piece).split(b"\n")
                 if len(rest) > MAX_LINE_BYTES:
@@ -417,4 +434,7 @@ async def fetch_result(
             continue
         if response.status_code != 200:
             raise ProtocolError(f"unexpected HTTP status {response.status_code} for a result")
-        return await _decoded(connection, job_id, response)
+        result = await _read(connection, response.content)
+        if cache and (etag := response.headers.get("etag")):
+            await connection.work(cache.write, job_id, etag, response.content)
+        return result

@@ -29,7 +29,7 @@ from grazemap.errors import (
 )
 from grazemap.results import Result, decode_result
 from grazemap.version import __version__
-from grazemap.wire import Job, Note, Problem, ProcessRequest, canonical_id, unstated
+from grazemap.wire import Job, Note, Problem, ProcessRequest, canonical_id, notes_on, unstated
 from grazemap.wire.notes import OTHER_MOTIONS
 
 # Codes of notes without a warning. Maps below the grazing curve are common: the motions with impacts are there. A job
@@ -137,8 +137,9 @@ def renumbered_problem(error: ServiceProblem, places: Sequence[int]) -> ServiceP
     return problem_exception(problem, error.request_id, error.retry_after)
 
 
-def merged_notes(notes: Sequence[Note]) -> list[Note]:
-    """Return one note of each code; its text says how many requests have the note."""
+def notes_on_all(requests: Sequence[ProcessRequest]) -> list[Note]:
+    """Return the notes on many requests, one of each code; its text says how many requests have the note."""
+    notes = [note for request in requests for note in (*notes_on(request), *unstated(request))]
     counts = Counter(note.code for note in notes)
     first = {note.code: note for note in reversed(notes)}
     return [

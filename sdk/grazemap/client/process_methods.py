@@ -27,6 +27,7 @@ from grazemap.constants import UNITS
 from grazemap.results import RESULTS, Result
 from grazemap.suggestions import suggestion
 from grazemap.wire import PROCESSES, ProcessRequest
+from grazemap.wire.base import plain
 from grazemap.wire.observables import ObservedRequest
 from grazemap.wire.problems import refusal
 from grazemap.wire.process import ShortForms
@@ -208,7 +209,8 @@ class ProcessMethod:
         """
         values = self._bound(arguments, keywords)
         points, keyword = self._points(values), self._keyword
-        is_usual = values.get(keyword) is not None and values[keyword] == self.signature.parameters[keyword].default
+        usual = self.signature.parameters[keyword].default if keyword in self.signature.parameters else None
+        is_usual = values.get(keyword) is not None and plain(values[keyword]) == plain(usual)
         body = dict(self.extra.fields(values))
         for name in self._arguments:
             if name not in body and not self._is_left_out(name, values[name]):
@@ -232,6 +234,10 @@ class ProcessMethod:
             bound = self.signature.bind(None, *arguments, **keywords)
         except TypeError as error:
             raise TypeError(f"{self.name}(): {error}") from None
+        given = bound.arguments
+        if "initial" in given and given["initial"] is None and given.get("motion") is None:
+            detail = "initial is None, as the final state of a trajectory that ended early"
+            raise refusal("/initial", detail, "a state, or left out for the structure at rest")
         bound.apply_defaults()
         return bound.arguments
 

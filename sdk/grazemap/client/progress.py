@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import sys
 import time
+from contextlib import suppress
 from html import escape
 from shutil import get_terminal_size
 from threading import Event as ThreadEvent
@@ -86,7 +87,8 @@ class ProgressListener:
         with self._lock:
             self._shown = False
             if self._display is not None:
-                self._display.close()
+                with suppress(OSError):
+                    self._display.close()
                 self._display = None
 
     def _tick(self) -> None:
@@ -112,7 +114,10 @@ class ProgressListener:
             left = ""
             if self._end is not None and self._share < 1.0:
                 left = f"about {max(0.0, self._end - time.monotonic()):.0f} s left"
-            self._display.show(self._share, self._waiting_for, left)
+            try:
+                self._display.show(self._share, self._waiting_for, left)
+            except OSError:  # nobody reads it any more, which is no reason to end the work
+                self._display = None
 
 
 def _display(title: str) -> Display:

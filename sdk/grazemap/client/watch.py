@@ -11,8 +11,12 @@ from grazemap import constants
 from grazemap.client.connection import AsyncConnection, lines_of
 from grazemap.client.events import Event, EventDecoder, last_events
 from grazemap.client.http import pause
-from grazemap.errors import ProtocolError, WaitTimeout
+from grazemap.errors import ConnectionFailed, ProtocolError, WaitTimeout
 from grazemap.wire import FINISHED, Job
+
+
+def _timeout(job: Job) -> WaitTimeout:
+    return WaitTimeout(f"job {job.id} was last seen {job.status}; it continues", job)
 
 
 class Follower:
@@ -30,6 +34,8 @@ class Follower:
         Seconds to wait for the end.
     job : Job, optional
         The last known state of the job; left out: it is requested first.
+    stale : bool
+        Request the job first though a state is known.
     replay : bool
         For a finished job: yield all events that the service still stores, not only the last progress and done.
 
@@ -46,8 +52,10 @@ class Follower:
         timeout: float | None = None,
         job: Job | None = None,
         replay: bool = False,
+        stale: bool = False,
     ) -> None:
         self.job = job
+        self._stale = stale
         self._connection = connection
         self._path = path
         self._replay = replay
@@ -71,7 +79,7 @@ class Follower:
 
     async def events(self) -> AsyncGenerator[Event]:
         """Yield the job's events until it is finished. Raises WaitTimeout."""
-        job = self.job or await self._fetch_job()
+        job = await self._fetch_job() if self.job is None or self._stale else self.job
         broken = 0
         while job.status not in FINISHED or (self._replay and not self._done):
             polls = broken >= constants.STREAM_ATTEMPTS or self._near_deadline()
@@ -96,7 +104,12 @@ class Follower:
                 yield event
 
     async def _fetch_job(self) -> Job:
-        response = await self._connection.send("GET", self._path, retries=self._retries, deadline=self._deadline)
+        try:
+            response = await self._connection.send("GET", self._path, retries=self._retries, deadline=self._deadline)
+        except ConnectionFailed as error:
+            if self.job is None or self._deadline is None or self._connection.now() < self._deadline:
+                raise
+            raise _timeout(self.job) from error
         self.job = Job.read(response.content)
         return self.job
 
@@ -143,7 +156,7 @@ class Follower:
             if self._deadline is not None:
                 left = self._deadline - self._connection.now()
                 if left <= 0:
-                    raise WaitTimeout(f"job {job.id} is still {job.status}; it continues", job)
+                    raise _timeout(job)
                 seconds = min(seconds, left)
             await self._connection.sleep(seconds)
             seconds = min(constants.MAX_POLL_INTERVAL, seconds * constants.POLL_GROWTH)

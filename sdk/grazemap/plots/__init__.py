@@ -7,10 +7,12 @@ shows the figure below the cell; ``axes.figure.savefig("picture.png")`` writes i
 from __future__ import annotations
 
 from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grazemap.plots.axes import kept_from_pyplot
 from grazemap.results import Result
+from grazemap.whole_files import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,8 +27,8 @@ def save_picture(result: Result, path: str | PathLike[str], **options: Any) -> N
     figure = draw_without_pyplot(result, **options)
     from matplotlib import rc_context
 
-    with rc_context({"pdf.fonttype": 42}):
-        figure.savefig(path)
+    with rc_context({"pdf.fonttype": 42}), whole_file(Path(path)) as picture:
+        figure.savefig(picture)
 
 
 def draw_without_pyplot(result: Result, **options: Any) -> Figure:
@@ -44,7 +46,9 @@ def draw_without_pyplot(result: Result, **options: Any) -> Figure:
 
 def save_axes(axes: Axes, path: str | PathLike[str]) -> None:
     """Write the figure that axes belong to as a picture; the ending of the path gives the format."""
-    _figure_of(axes).savefig(path)
+    figure = _figure_of(axes)
+    with whole_file(Path(path)) as picture:
+        figure.savefig(picture)
 
 
 def _figure_of(axes: Axes) -> Figure:

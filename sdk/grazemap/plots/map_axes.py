@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from grazemap.plots.palette import INK
 from grazemap.plots.pen import Pen
 from grazemap.results import BifurcationCurves, CodimensionTwoPoints, GrazingCurve, StopGrazingCurves, UnfoldingMap
 from grazemap.wire.structure import SIDES
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 def describe_map(umap: UnfoldingMap, drawing: Drawing, title: str) -> Pen:
@@ -45,6 +49,13 @@ def draw_curves_and_points(
         drawn = [point for point in points.points if stop is None or point.stop in (None, stop)]
         inside = [point for point in drawn if up[0] <= point.clearance <= up[-1]]
         draw_points(pen, inside, (float(across[0]), float(across[-1])), rim=True)
+
+
+def leave_out_of_legend(ax: Axes) -> None:
+    """Remove lines that lie wholly outside the axes from the legend."""
+    for line in ax.lines:
+        if np.size(line.get_xdata()) and not line.get_path().intersects_bbox(ax.viewLim, filled=False):
+            line.set_label("_nolegend_")
 
 
 def _draw_grazes(pen: Pen, umap: UnfoldingMap, curve: GrazingCurve | StopGrazingCurves) -> None:

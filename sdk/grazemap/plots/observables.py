@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from grazemap.plots.axes import Drawing, cell_borders, draws, parameter_label, quantity_label
-from grazemap.plots.map_axes import describe_map, draw_curves_and_points
+from grazemap.plots.map_axes import describe_map, draw_curves_and_points, leave_out_of_legend
 from grazemap.plots.orbits import STYLES, named_branch, plot_branch
 from grazemap.plots.palette import BIFURCATIONS, OTHER
 from grazemap.results import (
@@ -44,6 +44,8 @@ def plot_over_plane(
     draw_curves_and_points(pen, umap, curve, points, curves)
     pen.set_xlim(across[0], across[-1])
     pen.set_ylim(up[0], up[-1])
+    leave_out_of_legend(ax)
+    drawing.show_legend(handlelength=2.6)
     return ax
 
 

@@ -12,7 +12,7 @@ from grazemap.colours import colours_of_map
 from grazemap.plots.axes import Drawing, cell_borders, chance_text, draws, legend_square, rimmed, share_text
 from grazemap.plots.hatching import hatch_sensitive
 from grazemap.plots.layout import Name
-from grazemap.plots.map_axes import describe_map, draw_curves_and_points
+from grazemap.plots.map_axes import describe_map, draw_curves_and_points, leave_out_of_legend
 from grazemap.plots.observables import plot_over_plane
 from grazemap.plots.palette import INK, OTHER, PAPER, hexadecimal, is_dark, motion_text
 from grazemap.plots.pen import Pen
@@ -81,17 +81,10 @@ def plot_unfolding_map(
         overlay(pen)
     pen.set_xlim(across[0], across[-1])
     pen.set_ylim(up[0], up[-1])
-    _leave_out_of_legend(ax)
+    leave_out_of_legend(ax)
     # curves are told apart by their dashes
     drawing.show_legend(shares_of_entries, handlelength=1.4 if curves is None else 2.6, labelspacing=0.35)
     return ax
-
-
-def _leave_out_of_legend(ax: Axes) -> None:
-    """Remove lines that lie wholly outside the axes from the legend."""
-    for line in ax.lines:
-        if np.size(line.get_xdata()) and not line.get_path().intersects_bbox(ax.viewLim, filled=False):
-            line.set_label("_nolegend_")
 
 
 def _title(umap: UnfoldingMap) -> str:

@@ -21,6 +21,7 @@ from grazemap.results.documents import from_json
 from grazemap.results.fields import TYPES, VERSION, Field, RecordSchema, RequestDocument, ResultSchema
 from grazemap.results.record import ComplexArray, Record, changed, named_field
 from grazemap.units import Refused, example, in_si, shown_in, si_unit
+from grazemap.whole_files import whole_file
 from grazemap.wire import Note
 
 if TYPE_CHECKING:
@@ -178,27 +179,34 @@ class Result(Record):
         `grazemap.load` reads both. One ending in .csv, .xlsx or .parquet has a `table` of those that `to_dataframe`
         names, with the units in the heads of its columns; the last two need the extra "tables". Without a name it is
         that of the points of a map, of basins or of bifurcation curves, or else of the result's own arrays; a workbook
-        has all tables, each on a sheet. Tables have the units of `shown_units`, and with `engineering_units` Hz and mm.
+        has all tables, each on a sheet. `engineering_units` makes the `shown_units`, in which tables are, Hz and mm.
 
         Raises
         ------
         ValueError
-            Another ending, an unknown name, or engineering units of a nondimensional result.
+            Another ending, a table in a file of the whole result, an unknown name, or engineering units of a
+            nondimensional result.
         MissingExtra
             What writes the file is not installed.
         """
         target = Path(path)
-        if target.suffix in TABLE_FILES:
-            from grazemap.results.tables import write_table
-
-            write_table(self.in_units(*ENGINEERING_UNITS) if engineering_units else self, target, table)
-            return target
         encoders = {".npz": encode_npz, ".json": encode_json}
-        if target.suffix not in encoders:
-            raise ValueError(f"the name of a result's file ends in one of {', '.join((*encoders, *TABLE_FILES))}")
-        document = self.json_document(self._document) if target.suffix == ".json" else self._document
-        shown = {_SHOWN_UNITS: self.shown_units} if self.shown_units else {}
-        target.write_bytes(encoders[target.suffix](document, self.meta | shown))
+        endings = (*encoders, *TABLE_FILES)
+        if target.suffix not in endings:
+            raise ValueError(f"the name of a result's file ends in one of {', '.join(endings)}")
+        if table is not None and target.suffix in encoders:
+            allowed = ", ".join(TABLE_FILES)
+            raise ValueError(f"table: a {target.suffix} file has the whole result (allowed: endings {allowed})")
+        result = self.in_units(*ENGINEERING_UNITS) if engineering_units else self
+        with whole_file(target) as file:
+            if target.suffix in TABLE_FILES:
+                from grazemap.results.tables import write_table
+
+                write_table(result, file, table)
+            else:
+                document = result.json_document(result._document) if target.suffix == ".json" else result._document
+                shown = {_SHOWN_UNITS: result.shown_units} if result.shown_units else {}
+                file.write_bytes(encoders[target.suffix](document, result.meta | shown))
         return target
 
     def to_xarray(self) -> xarray.Dataset:
@@ -312,19 +320,26 @@ def _decode_json(data: bytes) -> Result:
     try:
         document = json.loads(data)
         meta = document.pop("meta")
+        _check_layout(meta)
         # in JSON these repeat the meta
         for name in ("process", "schema"):
             document.pop(name, None)
         arrays = from_json(schema_of(meta["process"], document), document)
+    except ResultFormatError:
+        raise
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError, OverflowError) as error:
         raise ResultFormatError("not a grazemap result") from error
     return _result_from(arrays, meta)
 
 
-def _result_from(document: Document, meta: Mapping[str, Any], service: str | None = None) -> Result:
+def _check_layout(meta: Any) -> None:
     layout = meta.get("schema") if isinstance(meta, Mapping) else None
     if layout != VERSION:
         raise ResultFormatError(f"the result has layout {layout}, and this version of grazemap reads layout {VERSION}")
+
+
+def _result_from(document: Document, meta: Mapping[str, Any], service: str | None = None) -> Result:
+    _check_layout(meta)
     try:
         own = {name: value for name, value in meta.items() if name != _SHOWN_UNITS}
         result = class_of(meta["process"], document).from_document(document, own, service)
@@ -364,6 +379,9 @@ def value_of(field: Field, value: Any) -> Any:
     if field.is_tuple:
         if len(value) > _MAX_TEXTS:
             raise ValueError("a list of texts is too long")
+        # a number of one byte would become a text of fifty
+        if field.type == "str" and isinstance(value, np.ndarray) and value.size and value.dtype.kind != "U":
+            raise ValueError("a list of texts has numbers")
         return tuple(map(TYPES[field.type], value))
     if field.dims:
         array: NDArray[Any] = np.asarray(value, dtype=TYPES[field.type])

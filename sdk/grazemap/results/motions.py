@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from grazemap.colours import colours_of_map
 from grazemap.wire import motion_label
+from grazemap.wire.job import INFINITE
 
 Document = dict[str, Any]
 
@@ -54,6 +55,12 @@ def motions_of(document: Mapping[str, Any]) -> tuple[list[Document], NDArray[np.
     colours = colours_of_map([entry["label"] for entry in ordered], [entry["kind"] for entry in ordered])
     coloured = [{**entry, "colour": colour} for entry, colour in zip(ordered, colours, strict=True)]
     return coloured, np.repeat(rank[places], lengths).reshape(kind.shape)
+
+
+def more_first(right: NDArray[Any], left: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return numbers of impacts on the two stops, the larger one of each pair first; infinitely many are more."""
+    of_right, of_left = (np.where(counts == INFINITE, np.inf, counts) for counts in (right, left))
+    return np.where(of_left > of_right, left, right), np.where(of_left > of_right, right, left)
 
 
 def _motion(kind: str, label_numbers: list[int], pixels: int, all_pixels: int) -> Document:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from importlib.util import find_spec
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grazemap.constants import TABLE_FILES
 from grazemap.errors import MissingExtra
 from grazemap.results.fields import Field, RecordSchema
 from grazemap.results.observables import outputs_of
@@ -135,15 +137,24 @@ def columns(result: Result, name: str) -> dict[str, Column]:
         else:
             for inner in field.type:
                 collected[inner.name] = (inner, list(getattr(value, inner.name)))
-    varied = result.meta["request"].get("axis", {}).get("vary", "") if result.units == "SI" else ""
     return {
         key: Column(
             values,
             _dtype(field, values),
-            unit_of(varied) if key in _OF_PARAMETER else field.unit_in(result.units) or "",
+            _unit_along(result, "axis") if key in _OF_PARAMETER else _unit_of_column(result, key, field),
         )
         for key, (field, values) in collected.items()
     }
+
+
+def _unit_of_column(result: Result, name: str, field: Field) -> str:
+    return field.unit_in(result.units) or (_unit_along(result, name) if name in PLANE else "")
+
+
+def _unit_along(result: Result, axis: str) -> str:
+    """Return the unit of what varies along an axis of the request."""
+    varied = result.meta["request"].get(axis, {}).get("vary", "")
+    return unit_of(varied) if result.units == "SI" else ""
 
 
 def _plane_of(result: Result) -> Result | None:
@@ -201,8 +212,8 @@ def _points(plane: Result) -> dict[str, Column]:
     table: dict[str, Column] = {}
     for role, values in (("horizontal", np.tile(across, len(up))), ("vertical", np.repeat(up, len(across)))):
         name = plane.roles.get(role, role)
-        stored = [field.unit for field in plane.schema if field.name == name]
-        table[name] = Column(values, None, (stored[0] if stored else unit_of(name)) if plane.units == "SI" else "")
+        stored = "".join(field.unit for field in plane.schema if field.name == name and plane.units == "SI")
+        table[name] = Column(values, None, stored or _unit_along(plane, role))
     derived = plane.derived()
     for field in plane.schema.derived:
         if field.dims == PLANE:
@@ -218,12 +229,24 @@ def _points(plane: Result) -> dict[str, Column]:
 
 _WRITERS = {".xlsx": ("openpyxl", "xlsxwriter"), ".parquet": ("pyarrow", "fastparquet")}
 """Packages of which pandas needs one for files with these endings."""
+_SHEET_ROWS = 1 << 20
+"""Most rows of a sheet of a workbook."""
 
 
 def require_writer(ending: str) -> None:
     """Raise MissingExtra where what writes tables with this ending is not installed."""
     if ending in _WRITERS and not (find_spec("pandas") and any(map(find_spec, _WRITERS[ending]))):
         raise MissingExtra(f"a table as {ending}", "tables")
+
+
+def require_rows(ending: str, rows: int, table: str) -> None:
+    """Raise ValueError where a file with this ending cannot have so many rows and their heads."""
+    if ending == ".xlsx" and rows + 1 > _SHEET_ROWS:
+        allowed = ", ".join(form for form in TABLE_FILES if form != ending)
+        raise ValueError(
+            f"the table {table} has {rows:,} rows, and a sheet of {ending} at most {_SHEET_ROWS - 1:,} below the heads "
+            f"(allowed: {allowed})"
+        )
 
 
 def write_table(result: Result, path: Path, name: str | None) -> None:
@@ -234,7 +257,8 @@ def write_table(result: Result, path: Path, name: str | None) -> None:
     MissingExtra
         What writes the form is not installed.
     ValueError
-        As `dataframe`, but no name is needed: the points come first, then the result's own arrays.
+        As `dataframe`, but no name is needed: the points come first, then the result's own arrays. Or a workbook cannot
+        have so many rows.
     """
     names = tables(result)
     first = POINTS if _has_points(result) else next(iter(names), None)
@@ -248,14 +272,19 @@ def write_table(result: Result, path: Path, name: str | None) -> None:
     require_writer(path.suffix)
     sheets = [name] if name or path.suffix == ".parquet" else list(dict.fromkeys([first, *names]))
     frames = {sheet or "": _headed(dataframe(result, sheet or first)) for sheet in sheets}
+    for sheet, frame in frames.items():
+        require_rows(path.suffix, len(frame), sheet)
     if path.suffix == ".parquet":
         next(iter(frames.values())).to_parquet(path, index=False)
         return
     from pandas import ExcelWriter
 
-    with ExcelWriter(path) as book:
+    # pandas leaves a file open where it fails
+    content = io.BytesIO()
+    with ExcelWriter(content) as book:
         for sheet, frame in frames.items():
             frame.to_excel(book, sheet_name=sheet, index=False)
+    path.write_bytes(content.getvalue())
 
 
 def _head(name: str, unit: str) -> str:

@@ -25,14 +25,13 @@ from grazemap.results.common_records import CHANCE, ChanceToSettle, Common, Infe
 from grazemap.results.curves import BifurcationCurves, PlaneCurve
 from grazemap.results.explorer import ExplorerPage
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve, StopGrazingCurves
-from grazemap.results.motions import motions_of
+from grazemap.results.motions import more_first, motions_of
 from grazemap.results.observables import Observed, quantity_of
 from grazemap.results.other_motions import OtherStartsOfMap
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, changed, field, stored
 from grazemap.units import in_si
 from grazemap.wire import UnfoldingMapsRequest, canonical_id, motion_label
-from grazemap.wire.job import INFINITE
 from grazemap.wire.planes import Plane
 
 _PLANE = "vertical horizontal"
@@ -323,7 +322,7 @@ class UnfoldingMap(
         settings, request = self.meta["request"], None
         parameters = self.plane.parameters.at({across: place[0], up: place[1]})
         clearance = parameters.clearance.model_dump()
-        if kind == "periodic" and settings.get("policy", "rest") == "rest" and max(counts) != -1:
+        if kind == "periodic" and settings.get("policy", "rest") == "rest" and counts != (-1, -1):
             request = {
                 "oscillator": parameters.oscillator.model_dump(),
                 "omega": parameters.omega,
@@ -520,7 +519,7 @@ def _merged(shares: Sequence[MotionShare], total: int) -> list[MotionShare]:
         combined = motion
         if motion.period is not None and motion.impacts_right != motion.impacts_left:
             counts = (motion.impacts_right or 0, motion.impacts_left or 0)
-            right, left = sorted(counts, key=lambda count: np.inf if count == INFINITE else count, reverse=True)
+            right, left = (count.item() for count in more_first(*map(np.asarray, counts)))
             label = motion_label(motion.period, right, left)
             combined = changed(motion, label=label, impacts_right=right, impacts_left=left, mirror_images=True)
         pixels = combined.pixels + (merged[combined.label].pixels if combined.label in merged else 0)

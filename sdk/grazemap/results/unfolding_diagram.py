@@ -19,6 +19,7 @@ from grazemap.results.curves import BifurcationCurves, PlaneCurve
 from grazemap.results.documents import meta_of_part
 from grazemap.results.fields import ResultSchema
 from grazemap.results.grazing import CodimensionTwoPoints, GrazingCurve, StopGrazingCurves
+from grazemap.results.motions import more_first
 from grazemap.results.pictures import PictureOptions, draw, picture
 from grazemap.results.record import BoolArray, FloatArray, IntArray, Record, field
 from grazemap.results.unfolding import LABEL, UnfoldingMap
@@ -289,7 +290,7 @@ class UnfoldingDiagram(Result, process="unfolding-diagrams", roles=UnfoldingMap.
         labels = np.array(umap.kinds)[umap.kind].astype("<U32")
         impacts = [umap.impacts_right, umap.impacts_left]
         if self.mirrors:
-            impacts = [np.maximum(*impacts), np.minimum(*impacts)]
+            impacts = [*more_first(*impacts)]
         codes = np.stack([umap.period, *impacts, umap.symmetric], axis=-1)
         for period, right, left, symmetric in np.unique(codes[periodic], axis=0).tolist():
             selected = periodic & np.all(codes == (period, right, left, symmetric), axis=-1)

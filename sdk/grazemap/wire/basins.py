@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
+from grazemap.constants import COORDINATE_UNITS
 from grazemap.wire.base import Grid, Places, Request, invalid, parts_in_long_form, plain
 from grazemap.wire.planes import AXES, ends_of
 from grazemap.wire.process import Operation, PointRequest
@@ -17,7 +18,7 @@ from grazemap.wire.structure import as_pair
 INSIDE_STOPS = "-clearance < contact coordinate < clearance, of the left and the right stop"
 
 
-_QUANTITIES = ("displacement", "velocity")
+_QUANTITIES = tuple(COORDINATE_UNITS)
 _COORDINATE = re.compile(rf"({'|'.join(_QUANTITIES)})\[([1-9][0-9]*)\]")
 
 

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 else:
     np = Later("numpy")
 
+GOES_ON = "goes-on"
+"""Code of the note on a job that is not stopped because others asked for it too."""
 OTHER_MOTIONS = "other-motions"
 """The code of the note of a result at a point that other stable motions were seen."""
 OTHER_MOTIONS_IN_MAP = "other-motions-in-map"

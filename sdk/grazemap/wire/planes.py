@@ -18,7 +18,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from grazemap.constants import UNITS
+from grazemap.constants import COORDINATE_UNITS, UNITS
 from grazemap.described import described
 from grazemap.wire.base import (
     Grid,
@@ -88,8 +88,8 @@ class _Varying(Request):
 
 
 def unit_of(name: str) -> str:
-    """Return the unit of a parameter in SI; empty if it has none."""
-    return UNITS.get(name.partition("[")[0], "")
+    """Return the unit in SI of a parameter, or of an initial coordinate; empty if it has none."""
+    return (UNITS | COORDINATE_UNITS).get(name.partition("[")[0], "")
 
 
 class Axis(_Varying):

@@ -15,6 +15,7 @@ from fastapi import APIRouter, Body, Query, Request
 from fastapi.responses import StreamingResponse
 from pydantic import Field, ValidationError
 
+from grazemap.constants import MAX_BATCH_REQUESTS
 from grazemap.npz import unpacked_size
 from grazemap.wire import FINISHED, PROCESSES, Job, ProblemError, parse_request, unstated
 from grazemap.wire.base import Request as RequestBody
@@ -27,7 +28,6 @@ from grazemap_service.representations import LARGE_BYTES, LINES_TYPE, TEXT_TYPE,
 from grazemap_service.request_body import JsonRoute
 from grazemap_worker.store import Requester, ResultInfo, Submission
 
-MAX_REQUESTS = 1000
 # Number of requests that are submitted, or results that are read, at a time.
 _AT_A_TIME = 25
 # Seconds without an ended job after which all jobs are read, and an empty line keeps the connection open.
@@ -60,7 +60,7 @@ class BatchItem(RequestBody):
 class Batch(RequestBody):
     """Requests that are submitted together."""
 
-    requests: Annotated[list[BatchItem], Field(min_length=1, max_length=MAX_REQUESTS)]
+    requests: Annotated[list[BatchItem], Field(min_length=1, max_length=MAX_BATCH_REQUESTS)]
 
 
 Batch.build()  # as the requests of processes

@@ -10,13 +10,14 @@ from anyio.to_thread import run_sync
 from fastapi import APIRouter, Query, Response
 
 from grazemap.wire import FINISHED, PROCESSES, Job, JobList, Link, Note, Status
+from grazemap.wire.notes import GOES_ON
 from grazemap_service.context import CurrentContext
 from grazemap_service.jobs import NAME, PREFIX, CurrentRequester, KnownJob, job_response, stored_job, with_links
 from grazemap_service.openapi import problem_responses
 from grazemap_service.problems import invalid
 
 router = APIRouter(tags=["jobs"])
-JOB_GOES_ON = Note(code="goes-on", detail="others asked for the job too, so it goes on; DELETE with ?for=all stops it")
+JOB_GOES_ON = Note(code=GOES_ON, detail="others asked for the job too, so it goes on; DELETE with ?for=all stops it")
 
 
 @router.get(

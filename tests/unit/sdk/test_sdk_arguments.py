@@ -96,6 +96,32 @@ def test_lists_in_mappings_and_models_are_any_sequence_too(kind):
 PATH = {"omega": 0.3, "clearance": 1.5, "periods": 2}
 
 
+def test_a_state_that_is_none_is_refused_and_one_that_is_left_out_is_rest():
+    """As the final state of a trajectory that ended early."""
+    path = {"omega": 0.29, "clearance": 1.6, "periods": 2}
+    assert asked("trajectory", **path) == asked("trajectory", **path, initial={})
+    with pytest.raises(ParameterError) as caught:
+        asked("trajectory", **path, initial=None)
+    (entry,) = caught.value.problem.errors
+    assert entry.pointer == "/initial"
+    assert entry.allowed
+
+
+@pytest.mark.parametrize("shape", [(2, 3), [2, 3], np.array([2, 3]), np.array([2, 3], np.int16)])
+def test_a_shape_is_any_two_numbers_also_beside_lists_of_as_many_values(shape):
+    for omega, clearance in (((0.2, 0.3), (1.5, 1.6)), ([0.2, 0.25, 0.3], [1.5, 1.6])):
+        request = asked("unfolding_map", omega=omega, clearance=clearance, shape=shape)
+        assert request.plane.shape == (2, 3)
+    with pytest.raises(ParameterError, match="shape gives another number"):
+        asked("unfolding_map", omega=[0.2, 0.3], clearance=[1.5, 1.6], shape=shape)
+
+
+def test_three_numbers_whose_last_is_whole_in_any_type_are_no_values():
+    for number in (5, np.int64(5), np.uint8(5)):
+        with pytest.raises(ParameterError, match="three numbers"):
+            asked("grazing_curve", omega=(0.2, 0.3, number))
+
+
 def test_times_take_the_place_of_evenly_spaced_samples():
     plain = validated("trajectories", PATH).canonical()
     assert plain["samples_per_period"] == 200
@@ -250,8 +276,8 @@ def mapping(overshoot):
     return asked("discontinuity_mapping", omega=0.3, overshoot=overshoot)
 
 
-def basins(horizontal=("displacement", 2, [-1.0, 1.0]), initial=None, shape=None):
-    keywords = {"initial": initial, "shape": shape, "max_periods": 100, "max_period": 8}
+def basins(horizontal=("displacement", 2, [-1.0, 1.0]), shape=None, **initial):
+    keywords = {"shape": shape, "max_periods": 100, "max_period": 8, **initial}
     vertical = ("velocity", 2, [0.0, 0.5])
     return asked("basins", omega=0.3, clearance=1.6, horizontal=horizontal, vertical=vertical, **keywords)
 
@@ -425,7 +451,7 @@ def test_an_interval_of_a_model_is_one_of_a_branch():
         (lambda: asked("grazing_curve", omega=np.array([[0.3, 0.4]])), "/omega/0"),
         (lambda: asked("codimension_two_points", omega=np.array(0.3)), "/omega"),
         (lambda: asked("codimension_two_points", omega=0.3), "/omega"),
-        (lambda: mapping("1e-3"), "/overshoot"),
+        (lambda: mapping("1e-3"), "/overshoot/0"),
         (lambda: mapping(None), "/overshoot"),
         (lambda: orbit(motion=(1, [])), "/motion/stops"),
         (lambda: orbit(motion={"period": 1, "stops": [1], "phases": [0, 1], "velocities": [1]}), "/motion/phases"),

@@ -2,10 +2,12 @@
 
 import io
 import json
+import os
 import shlex
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,8 +15,12 @@ import pytest
 import grazemap
 from grazemap import cli, constants
 from grazemap.cli import up_command
+from grazemap.client import Client
 from grazemap.codec import decode_npz, encode_npz
+from grazemap.errors import ConnectionFailed
+from grazemap.results.diagrams import QUANTITIES
 from grazemap.results.tables import Column, text
+from grazemap.wire import parse_request
 from tests.support.sdk_documents import ONE_STOP, REQUESTS, npz
 
 
@@ -204,12 +210,81 @@ def test_status_is_shown_again_until_it_is_interrupted(url, service, capsys, mon
     assert written.index("state     ready") < written.index("state     not ready")
 
 
+def test_a_failure_is_not_among_the_lines_of_json_of_a_service_that_is_watched(url, service, capsys, monkeypatch):
+    looks = []
+
+    def sleep(_: float) -> None:
+        looks.append(1)
+        monkeypatch.setattr(Client, "status", unreachable)
+        if len(looks) == 2:
+            raise KeyboardInterrupt
+
+    def unreachable(_: Client) -> None:
+        raise ConnectionFailed("gone")
+
+    monkeypatch.setattr("grazemap.cli.status_command.time.sleep", sleep)
+    assert cli.main(["status", "--watch", "--json", "--url", url]) == 130
+    written, told = capsys.readouterr()
+    assert [json.loads(line)["ready"] for line in written.splitlines()] == [True]
+    assert told
+
+
 def test_status_without_a_service_gives_1(monkeypatch, capsys):
     monkeypatch.setattr(constants, "BACKOFF_START", 0.001)
     assert cli.main(["status", "--url", "http://127.0.0.1:9"]) == 1
     message = capsys.readouterr().err
     assert "no answer from the service at http://127.0.0.1:9: " in message
     assert "grazemap up" in message
+
+
+@pytest.fixture
+def assembly(monkeypatch):
+    """Gives `assembly(process, **fields)`: what the tiles of any folder are joined to."""
+
+    def made(process, fields=None, units="nondimensional"):
+        request = parse_request(process, REQUESTS[process])
+
+        def planned(_, folder):
+            folder.mkdir(exist_ok=True)
+            return SimpleNamespace(has_tiles=False, plan=SimpleNamespace(estimate=SimpleNamespace(seconds=1.0)))
+
+        data = npz(process, fields or {}, units=units)
+        direct = SimpleNamespace(planned=planned, assembled=lambda *_: (request, data))
+        monkeypatch.setattr("grazemap.cli.tile_commands.worker_module", lambda _: direct)
+
+    return made
+
+
+def test_an_assembled_result_has_the_units_that_were_written_for_its_plan(assembly, tmp_path, capsys):
+    assembly("grazing-curves", units="SI")
+    folder, table = tmp_path / "sweep", tmp_path / "curve.csv"
+    machine = ["--units", "SI", "--masses", "0.5", "--stiffnesses", "2000", "--damping", "1.5", "--forcing", "5"]
+    for omega, heads in (("8Hz:14Hz:4", "omega (Hz),clearance (mm)"), ("50:88:4", "omega (rad/s),clearance (m)")):
+        assert cli.main(["plan", "grazing-curves", *machine, "--omega", omega, "-o", str(folder)]) == 0
+        assert cli.main(["assemble", str(folder), "-o", str(table), "--quiet"]) == 0
+        assert table.read_text().startswith(heads)
+    (folder / "shown_units.json").write_text("{}")
+    assert cli.main(["assemble", str(folder), "-o", str(table), "--quiet"]) == 2
+
+
+def test_a_folder_without_units_is_assembled_and_an_orbit_that_was_not_found_has_its_exit_code(assembly, tmp_path):
+    assembly("periodic-orbits", {"converged": False, "reason": "it is too far away"})
+    assert cli.main(["assemble", str(tmp_path), "-o", str(tmp_path / "orbit.npz"), "--quiet"]) == 3
+    assert (tmp_path / "orbit.npz").exists()
+
+
+@pytest.mark.parametrize("flags", [["--omega", "0.2:0.3:5"], ["--omega", "0.2:0.3:5", "--url", "http://127.0.0.1:9"]])
+def test_a_key_that_no_service_takes_is_an_invalid_command(monkeypatch, capsys, flags):
+    monkeypatch.setenv("GRAZEMAP_API_KEY", "a b")
+    assert cli.main(["grazing-curves", *flags]) == 2
+    assert "api_key" in capsys.readouterr().err
+
+
+def test_a_table_of_a_process_without_tables_is_refused_before_it_is_computed(tmp_path, capsys):
+    body = tmp_path / "proof.json"
+    body.write_text(json.dumps(REQUESTS["proofs"]))
+    nowhere = ["--json", str(body), "--url", "http://127.0.0.1:9"]
+    assert cli.main(["proofs", *nowhere, "-o", str(tmp_path / "proof.csv")]) == 2
 
 
 @pytest.mark.parametrize(
@@ -252,6 +327,14 @@ def test_plot_draws_curves_and_points_over_a_map(tmp_path, capsys):
         assert (code, paths > plain) == (0, True)
     assert drawn("unfolding-maps", "basins")[0] == drawn("basins", *over)[0] == 2
     assert "allowed: grazing-curves" in drawn("unfolding-maps", "basins")[1]
+
+
+def test_a_quantity_that_a_result_lacks_is_refused_with_those_it_has(tmp_path, capsys):
+    path = tmp_path / "diagram.npz"
+    path.write_bytes(npz("bifurcation-diagrams"))
+    assert cli.main(["plot", str(path), "--quantity", "foo"]) == 2
+    told = capsys.readouterr().err
+    assert all(name in told for name in QUANTITIES)
 
 
 def test_plot_of_something_else_gives_1(tmp_path, capsys):
@@ -352,6 +435,66 @@ def test_a_client_takes_address_and_key_from_the_environment(monkeypatch):
     assert client.base_url == "http://elsewhere:1"
     assert client._connection.settings.api_key == "secret"
     assert grazemap.Client("http://here:2", api_key="").base_url == "http://here:2"
+
+
+def without_reader(stream: str, *arguments: str) -> subprocess.CompletedProcess:
+    """Run a command, of whose stdout or stderr the reader is gone."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, stream: writer}
+    done = subprocess.run([sys.executable, "-m", "grazemap.cli", *arguments], **streams, text=True, check=False)
+    os.close(writer)
+    return done
+
+
+@pytest.mark.parametrize("arguments", [["schema", "trajectories"], ["--help"], ["show", "FILE"]])
+def test_a_command_that_prints_ends_well_without_a_reader(tmp_path, arguments):
+    path = tmp_path / "result.npz"
+    path.write_bytes(npz("grazing-curves"))
+    done = without_reader("stdout", *(str(path) if word == "FILE" else word for word in arguments))
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("stream", ["stdout", "stderr"])
+def test_a_result_is_written_whether_or_not_anybody_reads_notes_and_names_of_files(url, tmp_path, stream):
+    """The window is above the grazing curve, which is a note."""
+    output = tmp_path / "map.npz"
+    window = ["--omega", "0.26:0.30:8", "--clearance", "9:10:8"]
+    done = without_reader(stream, "unfolding-maps", *window, "-o", str(output), "--url", url)
+    assert done.returncode == 0
+    assert output.exists()
+
+
+def test_all_tiles_are_computed_also_without_a_reader_of_their_names(monkeypatch, tmp_path):
+    computed: list[int] = []
+
+    def tiles(*_):
+        for index in range(5):
+            computed.append(index)
+            yield index, False
+
+    monkeypatch.setattr("grazemap.cli.tile_commands.worker_module", lambda _: SimpleNamespace(compute_tiles=tiles))
+    reader, writer = os.pipe()
+    os.close(reader)
+    with os.fdopen(writer, "w") as stream:
+        monkeypatch.setattr("sys.stdout", stream)
+        assert cli.main(["tile", str(tmp_path), "0", "--of", "1"]) == 0
+    assert computed == [0, 1, 2, 3, 4]
+
+
+def test_an_error_that_nobody_reads_keeps_its_exit_code(tmp_path):
+    assert without_reader("stderr", "show", str(tmp_path / "absent.npz")).returncode == 1
+
+
+def test_a_pipe_that_breaks_elsewhere_is_a_failure(tmp_path, monkeypatch, capsys):
+    def broken(*_: object) -> None:
+        raise BrokenPipeError(32, "Broken pipe")
+
+    path = tmp_path / "result.npz"
+    path.write_bytes(npz("grazing-curves"))
+    monkeypatch.setattr("grazemap.cli.result_commands.describe", broken)
+    assert cli.main(["show", str(path)]) == 1
+    assert capsys.readouterr().err
 
 
 def test_a_reader_that_has_enough_ends_a_command_without_an_error():

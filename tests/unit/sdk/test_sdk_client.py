@@ -98,6 +98,46 @@ def test_a_cancelled_job_is_dismissed_and_waiting_for_it_raises_job_dismissed(cl
         assert caught.value.job.id == handle.id
 
 
+def test_a_job_that_others_asked_for_too_is_said_to_go_on(client, service):
+    handle = client.submit("grazing-curves", CURVE)
+    service.shared = True
+    with pytest.warns(errors.RequestWarning, match="goes on"):
+        handle.cancel()
+    assert handle.status == "running"
+
+
+@pytest.mark.parametrize("ending", ["failed", "dismissed"])
+def test_a_handle_has_the_state_with_which_waiting_or_fetching_failed(client, service, ending):
+    waiting, fetching = (client.submit("grazing-curves", CURVE | {"omega": [0.1, 0.2, k]}) for k in (0.3, 0.4))
+    service.ending = ending
+    with pytest.raises(errors.JobError):
+        waiting.wait()
+    service.finish(service.jobs[fetching.id])
+    with pytest.raises(errors.JobError):
+        fetching.result()
+    assert [waiting.status, fetching.status] == [ending, ending]
+
+
+def test_a_handle_has_the_last_state_after_a_wait_that_ended_early_and_after_its_events(client, service, monkeypatch):
+    handle = client.submit("grazing-curves", CURVE)
+    service.jobs[handle.id]["progress"]["done"] = 1
+    with pytest.raises(errors.WaitTimeout):
+        handle.wait(timeout=0.0)
+    assert handle.progress.done == 1
+
+    def interrupted(job):
+        raise RuntimeError
+
+    other = client.submit("grazing-curves", CURVE | {"omega": [0.1, 0.2, 0.3]})
+    service.jobs[other.id]["progress"]["done"] = 1
+    monkeypatch.setattr(service, "_events", interrupted)
+    for call in (other.wait, lambda: list(other.events())):
+        service.jobs[other.id]["progress"]["done"] += 1
+        with pytest.raises(RuntimeError):
+            call()
+        assert other.progress.done == service.jobs[other.id]["progress"]["done"]
+
+
 def test_a_failed_job_raises_with_its_problem(client, service):
     service.ending = "failed"
     with pytest.raises(errors.JobFailed, match="tile 3") as caught:
@@ -180,6 +220,17 @@ def test_a_cached_result_is_used_when_its_tag_is_confirmed(make_client, service,
     path.write_bytes(path.read_bytes()[:-1] + b"\1")
     assert client.job(handle.id).result().clearance[0] == 1.5
     assert "if-none-match" not in service.requests[-1].headers
+
+
+def test_a_method_uses_the_cache_where_its_job_is_finished(make_client, service, tmp_path):
+    for _ in range(2):
+        client = make_client(cache_dir=tmp_path / "cache")
+        assert client.grazing_curve(omega=(0.2, 0.3), points=3, progress=False).clearance[0] == 1.5
+    *_, asked, fetched = service.requests
+    assert asked.method == "POST"
+    assert "representation" not in asked.headers["prefer"]
+    assert "if-none-match" in fetched.headers
+    assert service.computed == 1
 
 
 def test_a_cache_that_cannot_be_used_costs_no_result(make_client, service, tmp_path, caplog):

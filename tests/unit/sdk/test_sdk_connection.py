@@ -83,6 +83,12 @@ def test_errors_that_a_retry_cannot_resolve_are_not_retried(play):
         assert run.slept == []
 
 
+@pytest.mark.parametrize("status", [301, 302, 307, 308])
+def test_a_redirect_is_reported_with_its_status_and_its_place(play, status):
+    with pytest.raises(errors.ProtocolError, match=f"{status}.*https://elsewhere"):
+        play(reply(status, location="https://elsewhere/v1")).send(0)
+
+
 def test_no_attempt_starts_after_the_deadline(play):
     run = play(*[reply(503, retry_after="5")] * 99)
     with pytest.raises(errors.ServiceUnavailable):

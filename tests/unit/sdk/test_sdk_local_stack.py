@@ -48,6 +48,28 @@ def test_a_block_has_a_client_and_leaves_nothing(stack, tmp_path):
     client.close()  # once more does no harm
 
 
+@pytest.mark.parametrize("key", ["secret", "no key"])
+def test_the_key_of_another_service_is_not_sent_to_it(stack, tmp_path, monkeypatch, key):
+    monkeypatch.setenv("GRAZEMAP_API_KEY", key)
+    stack(READY + "time.sleep(60)")
+    with grazemap.local() as client:
+        assert not client._connection.settings.api_key
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_stack_that_gets_no_client_is_stopped(stack, monkeypatch):
+    def refused(*_, **__):
+        raise ValueError("refused")
+
+    stack(READY + "time.sleep(60)")
+    stopped, stop = [], local_stack.LocalStack.stop
+    monkeypatch.setattr(local_stack.LocalStack, "stop", lambda of: stopped.append(stop(of)))
+    monkeypatch.setattr(grazemap.Client, "__init__", refused)
+    with pytest.raises(ValueError, match="refused"):
+        grazemap.local()
+    assert stopped
+
+
 @pytest.mark.parametrize("kind", [Path, str])
 def test_a_given_data_folder_stays(stack, tmp_path, kind):
     stack("import os, sys; os.makedirs(sys.argv[-1]);" + READY + "time.sleep(60)")

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import asyncio
+import contextlib
 import json
 
 import httpx2
 import pytest
 
+import grazemap
 from grazemap import constants, errors
 from grazemap.client import messages
 from grazemap.wire import TrajectoriesRequest
@@ -80,6 +83,13 @@ def test_invalid_requests_are_found_before_anything_is_sent(client, service):
     assert service.requests == []
 
 
+def test_invalid_requests_are_found_at_the_call_with_and_without_a_service(client):
+    with grazemap.direct() as direct:
+        for computes in (client, direct):
+            with pytest.raises(errors.ParameterError, match="/requests/1/request"):
+                computes.map("grazing-curves", [CURVES[0], {"omega": [2, 1]}])
+
+
 def test_an_error_that_the_service_finds_has_the_place_among_all_requests(client, service, monkeypatch):
     monkeypatch.setattr(messages, "MAX_BATCH_REQUESTS", 2)
     refused = {"pointer": "/requests/1/request/omega/points", "detail": "too many", "allowed": "fewer"}
@@ -96,6 +106,24 @@ def test_a_note_on_many_requests_is_one_warning(client, service):
     with pytest.warns(errors.RequestWarning, match="5 requests have this note") as warned:
         list(client.map("grazing-curves", [{"omega": [0.2, 0.3 + 0.01 * k]} for k in range(5)]))
     assert len(warned) == 1
+
+
+def test_notes_are_made_for_a_batch_at_a_time_and_not_by_the_event_loop(client, service, monkeypatch):
+    monkeypatch.setattr(messages, "MAX_BATCH_REQUESTS", 2)
+    made: list[int] = []
+    threads: set[bool] = set()
+    notes_on = messages.notes_on
+
+    def watched(request):
+        made.append(len(service.requests))
+        with contextlib.suppress(RuntimeError):
+            threads.add(asyncio.get_running_loop() is not None)
+        return notes_on(request)
+
+    monkeypatch.setattr(messages, "notes_on", watched)
+    list(client.map("grazing-curves", CURVES))
+    assert made == [0, 0, 1, 1, 2]
+    assert not threads
 
 
 def test_a_large_result_is_fetched(client, service):
@@ -132,14 +160,12 @@ def test_an_endless_line_is_not_read_to_its_end(client, service):
         list(client.map("grazing-curves", CURVES[:1]))
 
 
-def test_the_result_may_come_as_the_answer_to_the_question(make_client, service, tmp_path):
-    client = make_client(cache_dir=tmp_path)
-    headers = {"content-type": "application/x-npz", "location": f"/v1/jobs/{'a' * 64}", "etag": '"1"'}
+def test_the_result_may_come_as_the_answer_to_the_question(client, service):
+    headers = {"content-type": "application/x-npz"}
     service.upcoming = [httpx2.Response(200, content=npz("grazing-curves"), headers=headers)]
     assert client.grazing_curve(omega=(0.2, 0.3), points=3, progress=False).clearance[0] == 1.5
     (request,) = service.requests
     assert request.headers["prefer"] == "wait=1, return=representation"
-    assert [path.stem for path in tmp_path.iterdir()] == ["a" * 64]
 
 
 def test_an_impatient_client_does_not_ask_the_service_to_wait(make_client, service):

@@ -940,6 +940,15 @@ def test_names_of_regions_and_quantities_are_in_the_shown_units():
     np.testing.assert_array_equal(drawn.get_array(), 250.0)
 
 
+def test_curves_over_a_quantity_of_a_map_are_named_in_its_legend():
+    umap, curve = result_of("unfolding-maps"), result_of("grazing-curves")
+    quantity = Quantity(np.full(umap.kind.shape, 0.25), "drop", "m")
+    others = {"points": None, "curves": None, "motions": 1, "colours": None, "merge_mirror_images": False}
+    assert draw(umap, None, {}, quantity=quantity, curve=None, **others).get_legend() is None
+    ax = draw(umap, None, {}, quantity=quantity, curve=curve, **others)
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["grazing curve $b = A(\\omega)$"]
+
+
 def test_titles_and_colour_bars_are_in_the_shown_units():
     history, _ = in_si("trajectories").plot(engineering_units=True)
     assert r"at $\omega/2\pi$ = 0.046155 Hz, $b$ = 1600 mm" in history.figure.get_suptitle()

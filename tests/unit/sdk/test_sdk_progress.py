@@ -141,6 +141,16 @@ def test_a_log_gets_one_line_for_each_reason_to_wait_for_long_and_no_progress(st
     assert log.getvalue() == "".join(f"grazemap: unfolding-maps: {line}\n" for line in lines)
 
 
+def test_a_display_that_nobody_reads_any_more_ends_no_work(terminal, monkeypatch):
+    def broken(_: str) -> None:
+        raise BrokenPipeError
+
+    with opened() as listener:
+        monkeypatch.setattr(terminal, "write", broken)
+        listener(progress(1))
+        listener(progress(4))
+
+
 def test_a_notebook_has_no_lines_on_standard_error(stderr, clock, monkeypatch):
     log, shown = stderr(io.StringIO()), []
     bar = SimpleNamespace(show=lambda *state: shown.append(state), close=lambda: None)

@@ -4,7 +4,9 @@ import dataclasses
 import inspect
 import io
 import json
+import os
 import re
+import threading
 import time
 
 import numpy as np
@@ -15,6 +17,7 @@ from grazemap import Event
 from grazemap.checker import Verdict
 from grazemap.client.process_methods import METHODS
 from grazemap.codec import decode_npz, encode_json, encode_npz, iter_json
+from grazemap.plots import save_picture
 from grazemap.results import Border, Impacts, InferredWrong, UnfoldingMap, decode_result, load, schema_of
 from grazemap.results.fields import RecordSchema
 from grazemap.results.motions import motions_of
@@ -22,6 +25,7 @@ from grazemap.results.stretches import Stretch
 from grazemap.results.structures import Mode
 from grazemap.results.unfolding import MapPoint
 from grazemap.wire import motion_label
+from grazemap.wire.job import INFINITE
 from grazemap.wire.planes import Plane
 from tests.support.sdk_documents import (
     ADAPTIVE,
@@ -248,6 +252,9 @@ def test_mirror_images_have_one_label_in_a_diagram_and_asymmetric_twins_another(
         return [border.motions for border in diagram.border_list()]
 
     assert motions(impacts_right=1, impacts_left=2) == motions(impacts_right=2, impacts_left=1)
+    names = {name for names in motions(impacts_right=3, impacts_left=INFINITE) for name in names}
+    assert any("∞r-3l" in name for name in names)
+    assert not any("∞l" in name for name in names)
     assert any("1-2r-2l asymmetric" in names for names in motions(symmetric=False))
 
 
@@ -462,6 +469,59 @@ def test_only_known_file_endings_are_written(tmp_path):
         result_of("grazing-curves").save(tmp_path / "curve.txt")
 
 
+ENDINGS = ["npz", "json", "csv", "xlsx", "parquet", "png", "svg"]
+
+
+def write(result, path):
+    save_picture(result, path) if path.suffix in (".png", ".svg") else result.save(path)
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_file_is_replaced_by_a_whole_one_or_stays(ending, tmp_path, monkeypatch):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    result, path = result_of("grazing-curves"), tmp_path / f"curve.{ending}"
+    path.write_text("earlier")
+    with monkeypatch.context() as patch:
+        for target in ("pandas.DataFrame.to_parquet", "pathlib.Path.write_bytes"):
+            patch.setattr(target, interrupted)
+        patch.setattr("grazemap.results.tables._written", interrupted)
+        patch.setattr("matplotlib.backends.backend_agg.FigureCanvasAgg.print_png", interrupted)
+        patch.setattr("matplotlib.backends.backend_svg.FigureCanvasSVG.print_svg", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            write(result, path)
+    assert path.read_text() == "earlier"
+    write(result, path)
+    assert path.read_bytes() != b"earlier"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_written_file_has_the_permissions_and_the_place_of_an_opened_one(ending, tmp_path):
+    result, opened, path = result_of("grazing-curves"), tmp_path / "opened", tmp_path / f"curve.{ending}"
+    opened.touch()
+    write(result, path)
+    assert path.stat().st_mode == opened.stat().st_mode
+    path.chmod(0o640)
+    link = tmp_path / f"link.{ending}"
+    link.symlink_to(path)
+    write(result, link)
+    assert link.is_symlink()
+    assert path.stat().st_mode & 0o777 == 0o640
+
+
+def test_a_result_is_written_into_a_pipe(tmp_path):
+    path = tmp_path / "pipe.csv"
+    os.mkfifo(path)
+    read: list[str] = []
+    reader = threading.Thread(target=lambda: read.append(path.read_text()))
+    reader.start()
+    result_of("grazing-curves").save(path)
+    reader.join(10.0)
+    assert read[0].startswith("omega,")
+
+
 @EVERY_PROCESS
 def test_every_result_becomes_a_dataset(process):
     made = result_of(process).to_xarray()
@@ -574,6 +634,17 @@ def in_si(result):
     request = result.meta["request"]
     result.meta["request"] = {**request, "oscillator": {**request["oscillator"], "units": "SI"}}
     return result
+
+
+@pytest.mark.parametrize("right", [1, INFINITE])
+def test_a_point_that_touches_one_stop_alone_has_a_request_for_its_orbit(right):
+    impacts = {"impacts_right": np.full((2, 3), right, np.int16), "impacts_left": np.full((2, 3), -1, np.int16)}
+    kinds = document("unfolding-maps")["kinds"].tolist()
+    periodic = {"kind": np.full((2, 3), kinds.index("periodic"), np.uint8), **impacts}
+    umap = result_of("unfolding-maps", periodic)
+    assert umap.at(0.25, 1.5).request is not None
+    still = result_of("unfolding-maps", periodic | {"impacts_right": impacts["impacts_left"]})
+    assert still.at(0.25, 1.5).request is None
 
 
 # a machine of 0.4 rad/s whose stops are 1.5 m apart is not one in SI

@@ -88,6 +88,23 @@ def test_what_a_killed_process_leaves_is_believed_by_nobody(runtime):
     assert list(next(runtime.iterdir()).iterdir()) == []
 
 
+def test_a_stack_that_announces_itself_while_another_process_looks_is_left_alone(monkeypatch):
+    other = announced()
+    path = other.path.parent / "begins"
+    path.mkdir()
+    now = running_stacks.time.time
+
+    def announces() -> float:
+        (path / "stack.json").write_text("{}")
+        return now()
+
+    assert (other.path / "stack.json").exists()
+    monkeypatch.setattr(running_stacks.time, "time", announces)
+    joined()
+    assert (path / "stack.json").exists()
+    other.close()
+
+
 def test_a_stack_with_keys_is_not_announced(monkeypatch):
     monkeypatch.setenv("grazemap_api_keys", "a" * 40)
     assert announce(URL) is None

@@ -113,6 +113,38 @@ def test_points_of_curves_have_units_and_there_may_be_none():
     assert not len(result_of("bifurcation-curves", {"curves": []}).to_dataframe("points"))
 
 
+def test_initial_coordinates_and_what_varies_along_axes_have_their_units(tmp_path):
+    basins = in_si("basins").in_units("mm")
+    assert [basins.meta["request"][axis]["vary"] for axis in ("horizontal", "vertical")] == [
+        "displacement[1]",
+        "velocity[2]",
+    ]
+    table = basins.to_dataframe("points")
+    assert (table.attrs["units"]["horizontal"], table.attrs["units"]["vertical"]) == ("mm", "m/s")
+    assert table["horizontal"].tolist() == pytest.approx(np.tile(1000.0 * basins.horizontal, len(basins.vertical)))
+    columns = tables.columns(in_si(CURVES_OF_AXES), "motions")
+    assert (columns["horizontal"].unit, columns["vertical"].unit) == ("", "rad/s")  # a restitution has none
+    assert tables.columns(result_of("basins"), "points")["horizontal"].unit == ""
+
+
+def test_a_table_with_more_rows_than_a_sheet_is_refused_and_a_sheet_may_be_full(tmp_path, monkeypatch):
+    curve, path = result_of("grazing-curves"), tmp_path / "curve.xlsx"
+    monkeypatch.setattr(tables, "_SHEET_ROWS", len(curve.omega) + 1)
+    curve.save(path, "omega")
+    assert len(pd.read_excel(path)) == len(curve.omega)
+    monkeypatch.setattr(tables, "_SHEET_ROWS", len(curve.omega))
+    with pytest.raises(ValueError, match=r"\.csv, \.parquet"):
+        curve.save(path, "omega")
+    assert len(pd.read_excel(path)) == len(curve.omega)
+
+
+def test_a_map_with_more_points_than_a_sheet_is_refused_before_it_is_computed(tmp_path, capsys):
+    window = ["--omega", "0.26:0.30:1024", "--clearance", "1.3:2:1024"]
+    nowhere = ["--url", "http://127.0.0.1:9"]
+    assert main(["unfolding-maps", *window, *nowhere, "-o", str(tmp_path / "map.xlsx")]) == 2
+    assert "1,048,576 rows" in capsys.readouterr().err
+
+
 def test_what_cannot_be_written_is_named(tmp_path, monkeypatch):
     with pytest.raises(ValueError, match=re.escape("ends in one of .npz, .json, .csv, .xlsx, .parquet")):
         result_of("grazing-curves").save(tmp_path / "x.txt")

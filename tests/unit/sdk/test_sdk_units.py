@@ -147,6 +147,16 @@ def test_a_body_over_http_has_numbers(name):
         PROCESSES["grazing-curves"].checked(body)
 
 
+def test_single_numbers_with_a_unit_stand_where_ranges_and_lists_of_them_may():
+    fractions = {"omega": ("9 Hz", "12 Hz"), "points": 3, "clearance": "4 mm"}
+    for ranges in (["0.1 mm", ("-1 mm", "1 mm")], [1e-4, (-1e-3, 1e-3)]):
+        asked = request_of("basin_fractions", MACHINE, **fractions, displacement=ranges)
+        assert asked["displacement"] == [{"start": 1e-4, "stop": 1e-4}, {"start": -1e-3, "stop": 1e-3}]
+    for overshoot in ("0.1 mm", 1e-4, ["0.1 mm"]):
+        asked = request_of("discontinuity_mapping", MACHINE, omega="9 Hz", overshoot=overshoot)
+        assert asked["overshoot"] == [1e-4]
+
+
 def test_a_factor_on_a_field_of_an_oscillator_has_no_unit():
     machine = CHAIN | {"damping": 0.002}
     for vary in ("forcing", "bias", "damping"):
@@ -233,6 +243,16 @@ def test_a_file_of_a_result_keeps_its_units_beside_its_arrays(ending, sample, tm
     assert plain.shown_units == ()
     in_si = again.in_units("rad/s", "m").save(tmp_path / f"in_si.{ending}")
     assert in_si.read_bytes() == (tmp_path / f"si.{ending}").read_bytes()
+
+
+@pytest.mark.parametrize("ending", ["npz", "json"])
+def test_a_file_of_a_whole_result_takes_engineering_units_and_no_table(ending, tmp_path):
+    result, path = sdk_documents.in_si("grazing-curves"), tmp_path / f"curve.{ending}"
+    assert load(result.save(path, engineering_units=True)).shown_units == result.in_units("Hz", "mm").shown_units
+    with pytest.raises(ValueError, match=r"\.csv"):
+        result.save(path, "points")
+    with pytest.raises(ValueError, match="nondimensional"):
+        sdk_documents.result_of("grazing-curves").save(path, engineering_units=True)
 
 
 def test_a_reloaded_result_has_the_same_pictures_and_tables(tmp_path):

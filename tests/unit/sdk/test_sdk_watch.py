@@ -10,6 +10,7 @@ from grazemap import constants, errors
 from grazemap.client.blocking import iterate
 from grazemap.client.connection import lines_of
 from grazemap.client.events import EventDecoder
+from grazemap.wire import Job
 from tests.support.sdk_played import Lines, Played
 
 STREAM = {"content-type": "text/event-stream"}
@@ -199,6 +200,25 @@ def test_the_timeout_holds_even_if_the_service_sends_only_keep_alive_comments(pl
     assert caught.value.job.status == "running"
     assert isinstance(caught.value, TimeoutError)
     assert service.script.now == pytest.approx(1000 + timeout)
+
+
+def test_a_wait_for_a_service_that_hangs_ends_at_its_timeout(play):
+    """Its answers come late or never, so that each attempt lasts as long as the client waits for one."""
+    service = play()
+    job = Job(id="j", process="p", request={}, status="running")
+
+    def hangs(request):
+        service.script.now += request.extensions["timeout"]["read"]
+        return httpx2.ReadTimeout("nothing", request=request)
+
+    service.script._answer = hangs
+    with pytest.raises(errors.WaitTimeout) as caught:
+        service.follow(3.0, job=job, stale=True)
+    assert caught.value.job == job
+    assert service.script.now == pytest.approx(1003.0)
+    # without a state of the job it is not known whether there is one
+    with pytest.raises(errors.ConnectionFailed):
+        service.follow(3.0)
 
 
 def test_with_a_long_timeout_the_stream_is_followed_and_not_polled(play):
