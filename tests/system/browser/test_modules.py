@@ -552,3 +552,27 @@ def test_the_starts_of_basins_are_between_the_stops(
     page: Page, contact: object, stops: str, displacements: list[float], fastest: float
 ) -> None:
     assert page.evaluate(BASIN_RANGES, [contact, stops]) == [displacements, [-fastest, fastest]]
+
+
+GONE = """async (statuses) => {
+    const seen = globalThis.fetch;
+    const asked = [];
+    globalThis.fetch = async (path, { method }) => {
+        asked.push(`${method} ${path}`);
+        const status = method === "GET" ? statuses.shift() : 200;
+        const headers = { Location: "v1/jobs/1", "Preference-Applied": "return=representation" };
+        return new Response(method === "GET" && status !== 200 ? "{}" : `from ${method}`, { status, headers });
+    };
+    const { mapOf, serve } = await import("/api.js");
+    serve({ trouble: () => {} });
+    const text = new TextDecoder().decode(await mapOf("1", {}));
+    globalThis.fetch = seen;
+    return { asked, text };
+}"""
+
+
+@pytest.mark.parametrize(("status", "source"), [(200, "GET"), (202, "POST"), (409, "POST")])
+def test_a_map_that_the_service_does_not_have_any_more_is_computed_again(page: Page, status: int, source: str) -> None:
+    answer = page.evaluate(GONE, [status])
+    assert answer["text"] == f"from {source}"
+    assert answer["asked"] == ["GET v1/jobs/1/result", "POST v1/unfolding-maps"][: 1 if source == "GET" else 2]

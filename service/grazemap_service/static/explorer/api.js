@@ -150,3 +150,11 @@ export async function compute(process, request, { npz = false, priority, signal,
     throw error;
   }
 }
+
+// The npz of a map that a job has computed; it is computed again where the service does not have it any more.
+/** @param {string} id  @param {object} request  @returns {Promise<ArrayBuffer>} */
+export async function mapOf(id, request) {
+  const answer = await send(`v1/jobs/${encodeURIComponent(id)}/result`, { headers: { Accept: NPZ } }).catch(() => null);
+  if (answer?.status === 200) return answer.arrayBuffer();
+  return (await compute("unfolding-maps", request, { npz: true })).data;
+}

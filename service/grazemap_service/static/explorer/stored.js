@@ -1,5 +1,5 @@
 // A map that was computed before, by whatever client, as the page shows it: the address says #map=ID.
-import { compute, send } from "./api.js";
+import { mapOf, send } from "./api.js";
 import { parameter } from "./parameters.js";
 import { STARTS } from "./starts.js";
 
@@ -65,6 +65,6 @@ export async function storedMap(id) {
     view,
     points: isSquare ? vertical.values.points : null,
     request,
-    data: async () => (await compute("unfolding-maps", request, { npz: true })).data,
+    data: () => mapOf(id, request),
   };
 }

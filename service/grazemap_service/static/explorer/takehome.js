@@ -1,5 +1,5 @@
 // What one takes home: the link, pictures, data and code.
-import { compute, send } from "./api.js";
+import { mapOf, send } from "./api.js";
 import { asCurl, asPython } from "./code.js";
 import { byId, save } from "./dom.js";
 import { LAYERS } from "./layers.js";
@@ -162,9 +162,7 @@ export function offer(now) {
   on("save-npz", async ({ tiles }) => {
     const tile = tiles.at(-1);
     if (!tile || !isThere(tile)) throw new Error("The tile in the middle is not complete yet.");
-    // computed again where the service does not have it any more
-    const { data } = await compute("unfolding-maps", tile.request, { npz: true });
-    save(`grazemap-${tile.id.slice(0, 12)}.npz`, new Blob([data]));
+    save(`grazemap-${tile.id.slice(0, 12)}.npz`, new Blob([await mapOf(tile.id, tile.request)]));
   });
   // To be called when all tiles of the view are there.
   return {
