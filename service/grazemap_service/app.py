@@ -24,6 +24,8 @@ from grazemap_worker.system import IdleMemory
 # Timeout of a Redis command in seconds. It is short, so that an unavailable Redis gives errors soon, before all threads
 # wait for it.
 STORE_TIMEOUT_SECONDS = 1.0
+# Seconds after the start at which the OpenAPI document is made, unless it is asked for before.
+_DOCUMENT_AFTER_SECONDS = 0.5
 _ROUTERS = (processes, batches, jobs, events, results, root, health)
 
 
@@ -49,10 +51,13 @@ def create_app(settings: ServiceSettings | None = None) -> FastAPI:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         beats = asyncio.create_task(_beat())
-        Thread(target=make_document, daemon=True).start()  # it delays neither the first answer nor an early end
+        # in a thread that neither the first answers nor an early end waits for
+        making = Thread(target=make_document, daemon=True)
+        later = asyncio.get_running_loop().call_later(_DOCUMENT_AFTER_SECONDS, making.start)
         try:
             yield
         finally:
+            later.cancel()
             beats.cancel()
             await hub.close()
             connection.close()
