@@ -30,7 +30,7 @@ MAP: dict[str, Any] = {
     "omega": {"start": 0.27, "stop": 0.28, "points": 15},
     "clearance": {"start": 1.6, "stop": 1.9, "points": 4},
     "policy": "ensemble",
-    "initial_conditions": 100,
+    "initial_conditions": 160,
     "max_periods": 300,
 }
 CURVE = {"omega": {"start": 0.27, "stop": 0.29, "points": 9}}

@@ -10,7 +10,7 @@ from __future__ import annotations
 # trajectory, and of a map with the classification of the motion, in columns of FULL_COLUMN clearances. A shorter column
 # fills fewer lanes, a longer one more, up to MAX_COLUMN: the time grows with the square root of the length.
 PERIODS_PER_SECOND = 1.0e5
-MAP_PERIODS_PER_SECOND = 4.0e5
+MAP_PERIODS_PER_SECOND = 8.0e5
 FULL_COLUMN = 128
 MAX_COLUMN = 512
 # How much faster a preview is: it has no tangent flow.
@@ -62,7 +62,7 @@ RESOLUTION_SECONDS = 6.0
 RESOLUTION_AT_WORST = 180.0
 # Forcing periods in a second of the states of a basin, which run side by side; and the share of the states whose orbit
 # must be solved for, because most states lead to an attractor that is known already.
-BASIN_PERIODS_PER_SECOND = 8.0e5
+BASIN_PERIODS_PER_SECOND = 3.0e5
 BASIN_ORBITS = 0.1
 # The core's MOST_SAMPLED_POINTS and MAP_POINTS_A_SAMPLE, of the sample of other starts in a map.
 OTHER_STARTS_POINTS = 64
@@ -88,7 +88,7 @@ MIN_CELLS = 16.0
 HELD_CELLS = 16.0
 # Factor by which a period costs more in the lanes of a map where the contact comes to rest: such lanes are computed one
 # by one.
-LANES_AT_REST = 8.0
+LANES_AT_REST = 2.0
 # The speed of a flight between the stops under an acceleration a is FLIGHT_SPEED sqrt(a clearance). The damper takes
 # the share 1 - 1/e of the speed of a bouncing mass in the time DRAG_OF_BOUNCES mass/damping; this effect is multiplied
 # by a power of the restitution. A chatter is followed until the speed of its impacts has fallen to the share
@@ -119,11 +119,11 @@ WORST_SLOWER = 4.0
 # the response at a frequency: once, per mass of a chain, and per square of the masses of matrices; for the impulse
 # response at a time: per mass.
 STRUCTURE_SECONDS = 4.0e-3
-CHAIN_MODES_SECONDS = 2.0e-5
-MATRICES_MODES_SECONDS = 1.2e-4
-RESPONSE_SECONDS = 2.5e-6
-RESPONSE_MASS_SECONDS = 6.0e-7
-RESPONSE_SQUARE_SECONDS = 5.0e-7
+CHAIN_MODES_SECONDS = 3.0e-6
+MATRICES_MODES_SECONDS = 1.0e-5
+RESPONSE_SECONDS = 5.0e-7
+RESPONSE_MASS_SECONDS = 4.5e-7
+RESPONSE_SQUARE_SECONDS = 5.0e-8
 IMPULSE_SECONDS = 7.0e-8
 # Seconds for a sample of a grazing curve, per mass; and for each order of its sequence, per mass.
 CURVE_SECONDS = 2.2e-7
@@ -165,8 +165,8 @@ GRIDDED_POINT_SECONDS = 2.5e-4
 GRIDDED_POINT_MASS_SECONDS = 3.0e-5
 # Seconds for one point of a branch; and for its multipliers, per cube of the masses. This is the time for few impacts;
 # n impacts multiply it by 1 + n/BRANCH_IMPACTS.
-BRANCH_SECONDS = 1.0e-3
-MULTIPLIERS_SECONDS = 5.0e-8
+BRANCH_SECONDS = 5.0e-4
+MULTIPLIERS_SECONDS = 2.5e-8
 BRANCH_IMPACTS = 16.0
 # Number of structures for which modes are found at a point of a branch over a parameter of the structure: at every
 # Newton step, and at two more values for the derivative; and seconds for the modes of each, besides those per square of
@@ -180,7 +180,7 @@ BRANCH_MODES_SECONDS = 1.0e-3
 BRANCH_POINTS = 60
 BRANCH_STEP = 0.05
 BRANCH_POINTS_A_STEP = 8
-BRANCH_POINTS_TURNING = 300
+BRANCH_POINTS_TURNING = 100
 BRANCH_SPECIAL_POINTS = 40
 WINDOW_BRANCH_POINTS = 50
 CURVES_POINTS = 100
