@@ -184,7 +184,7 @@ BRANCH_POINTS_TURNING = 100
 BRANCH_SPECIAL_POINTS = 40
 WINDOW_BRANCH_POINTS = 50
 CURVES_POINTS = 100
-CURVE_POINT_BRANCHES = 2.0
+CURVE_POINT_BRANCHES = 4.5
 # Seconds for explaining the borders of a map, per mass: for each point, whose orbit is solved for; and for each point
 # along a side, because borders are lines. The time depends on the number of motions, which is unknown in advance: it is
 # a fifth of the estimate near the codimension-two point of the default oscillator, and up to eight times the estimate

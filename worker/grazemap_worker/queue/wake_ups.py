@@ -1,6 +1,6 @@
 """Wake-ups: entries in RQ's queues, which say that there are tiles to claim.
 
->>> entry = queue(redis, fingerprint, small=False).jobs[0]  # the job is not small: its estimate is above 50 ms
+>>> entry = queue(redis, fingerprint, small=True).jobs[0]  # the job is small: its estimate is below 50 ms
 >>> entry.func_name, entry.args == ["unfolding-maps", job.id]
 ('grazemap_worker.tasks.compute_waiting_tiles', True)
 
