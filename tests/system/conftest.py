@@ -7,8 +7,20 @@ from pathlib import Path
 
 import pytest
 
+from grazemap_service import app
 from grazemap_service.redis_server import RedisServer
 from grazemap_worker.store import Store, connect
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _document_of_the_api_on_request() -> Iterator[None]:
+    """Services in this process make the API's document when it is asked for, and in no thread beside other tests.
+
+    FastAPI makes it under filters of warnings, which are those of all threads.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(app, "_DOCUMENT_AFTER_SECONDS", 1e6)
+        yield
 
 
 @pytest.fixture(scope="session")
