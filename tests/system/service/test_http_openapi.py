@@ -13,7 +13,7 @@ from starlette.testclient import TestClient
 
 from grazemap.wire import PROCESSES, Oscillator, parse_request
 from grazemap.wire.problems import KINDS
-from grazemap_service import openapi
+from grazemap_service import app, openapi
 from grazemap_service.problems import MEDIA_TYPE
 from grazemap_service.redis_server import RedisServer
 from grazemap_worker.store import Store
@@ -42,6 +42,7 @@ def test_the_document_is_made_at_the_start_and_once(redis_server: RedisServer, m
 
     monkeypatch.setattr(openapi, "document", document)
     monkeypatch.setattr(openapi, "_MADE", {})
+    monkeypatch.setattr(app, "_DOCUMENT_AFTER_SECONDS", 0.0)
     with client_of(redis_server) as client:
         until(lambda: made)
         answers = [client.get("/openapi.json") for _ in range(2)]
