@@ -33,7 +33,7 @@ const multiplierText = ([real, imaginary]) =>
 export class PointPanel {
   #abort = new AbortController();
   #isLoud = false;
-  #working = new Set(); // what is asked for
+  #working = new Set(); // what is asked for at the open point
   #animation = new Animation(byId("animation"), { hit: (share) => this.#isLoud && knock(share) });
 
   // `colours` are those of motions; `drawn` is called with the { lines, marks } of the point in the plane, `closed` when
@@ -77,6 +77,7 @@ export class PointPanel {
 
   #leave() {
     this.stop();
+    this.#working = new Set();
     this.#animation.stop();
     byId("point-section").hidden = true;
     this.inPlane = {};
@@ -137,15 +138,16 @@ export class PointPanel {
   // Says what is being computed until it is there, or what is wrong; returns whether it is there.
   async #work(what, task) {
     const { signal } = this.#abort;
-    this.#working.add(what);
+    const working = this.#working;
+    working.add(what);
     this.#sayWork();
     try {
       await task();
-      this.#working.delete(what);
+      working.delete(what);
       this.#sayWork();
       return true;
     } catch (error) {
-      this.#working.delete(what);
+      working.delete(what);
       if (isAborted(error) || signal.aborted) return false;
       if (byId("point-name").textContent === COMPUTING) byId("point-name").textContent = "Not computed";
       byId("point-says").textContent = `${what}: ${error.message}`;
