@@ -122,7 +122,9 @@ def dask() -> Iterator[tuple[Executor, Callable[[Direct], None]]]:
 def by_mpi(folder: Path) -> Results:
     """Return the results of two ranks of MPI, one of which computes."""
     mpiexec = Path(sys.executable).with_name("mpiexec")
-    command = [str(mpiexec), "-n", "3", *module_command("mpi4py.futures", "-m", "tests.slow.executors", str(folder))]
+    # without -P, as these tests are found in the current folder only
+    ranks = [sys.executable, "-m", "mpi4py.futures", "-m", "tests.slow.executors", str(folder)]
+    command = [str(mpiexec), "-n", "3", *ranks]
     if os.getuid() == 0:
         command[1:1] = ["--allow-run-as-root"]
     command[1:1] = ["--oversubscribe"]
