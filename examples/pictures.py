@@ -23,6 +23,7 @@ from matplotlib import pyplot
 
 import grazemap
 from grazemap import Client, Oscillator
+from grazemap.plots.palette import INK
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -585,21 +586,24 @@ def saved(figure: Figure) -> bytes:
 def colours_of(ax: Axes) -> tuple[set[str], set[str]]:
     """Return the colours #RRGGBB of the regions of axes, and those of its lines and symbols, which have a rim there.
 
-    Colours on a scale are left out. A square in a legend has the colour of a region.
+    Colours on a scale are left out. A square with a rim of ink stands for a region in the legend; strokes of ink on
+    regions are no region.
     """
     from matplotlib.colors import ListedColormap, to_hex
 
+    ink = INK.lower()
     regions: set[str] = set()
     lines: set[str] = set()
     for line in ax.lines:
         if line.get_linestyle() not in ("None", "none"):
             lines.add(to_hex(line.get_color()))
         if line.get_marker() not in ("None", None, ""):
-            (regions if line.get_marker() == "s" else lines).add(to_hex(line.get_markerfacecolor()))
+            is_region = line.get_marker() == "s" and to_hex(line.get_markeredgecolor()) == ink
+            (regions if is_region else lines).add(to_hex(line.get_markerfacecolor()))
     for mesh in (*ax.collections, *ax.images):
         chosen = getattr(mesh, "cmap", None)
         if isinstance(chosen, ListedColormap) and chosen.N < 64:
-            regions |= {to_hex(colour) for colour in chosen(range(chosen.N))}
+            regions |= {to_hex(colour) for colour in chosen(range(chosen.N))} - {ink}
     return {colour.upper() for colour in regions}, {colour.upper() for colour in lines}
 
 

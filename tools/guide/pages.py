@@ -129,7 +129,9 @@ def _python(code: str, names: dict[str, Any]) -> str:
 def _shell(code: str, ask: Ask) -> str:
     if not code.startswith("curl"):
         command = f"set -e\n{code}"
-        done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
+        here = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"  # `grazemap` of this environment
+        environment = {**os.environ, "PATH": here}
+        done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False, env=environment)
         if done.returncode:
             raise RuntimeError(f"{code}: {done.stderr}")
         return done.stdout

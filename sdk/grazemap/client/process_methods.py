@@ -234,10 +234,6 @@ class ProcessMethod:
             bound = self.signature.bind(None, *arguments, **keywords)
         except TypeError as error:
             raise TypeError(f"{self.name}(): {error}") from None
-        given = bound.arguments
-        if "initial" in given and given["initial"] is None and given.get("motion") is None:
-            detail = "initial is None, as the final state of a trajectory that ended early"
-            raise refusal("/initial", detail, "a state, or left out for the structure at rest")
         bound.apply_defaults()
         return bound.arguments
 

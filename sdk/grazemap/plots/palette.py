@@ -19,9 +19,10 @@ NAMED: dict[str, str] = PALETTE["motions"]
 """Colour by label."""
 
 ORDERS: tuple[str, ...] = tuple(PALETTE["orders"])
-"""Colours of recurrences by order, and of lines that stand for nothing else."""
+"""Colours of recurrences by order, and of what comes in numbers."""
 
-LINE, SECOND_LINE, PALE_LINE = NAMED["1-2r-3l"], NAMED["2-3r-3l"], OTHER
+LINE, SECOND_LINE = PALETTE["lines"]
+PALE_LINE = OTHER
 ANY_COLOUR = UNRESOLVED
 """Colour of entries of legends that explain the dashes of lines in any colour."""
 

@@ -266,13 +266,17 @@ def areas_and_lines() -> tuple[list[str], list[str]]:
 @pytest.mark.parametrize(("simulation", "least"), [(None, 12.0), ("brettel", 8.0), ("vienot", 8.0), ("machado", 8.0)])
 def test_any_two_colours_of_the_palette_differ(simulation, least):
     areas, lines = areas_and_lines()
-    assert (len(areas), len(lines)) == (33, 15)
+    assert (len(areas), len(lines)) == (33, 17)
     for colours in (areas, lines):
         seen = [Color(colour) for colour in colours]
         if simulation:
             seen = [colour.filter("deutan", 1.0, method=simulation) for colour in seen]
         distances = [colour.delta_e(other, method="2000") for colour, other in itertools.combinations(seen, 2)]
         assert min(distances) >= least
+
+
+def test_lines_are_legible_on_paper():
+    assert min(Color(colour).contrast(palette.PAPER) for colour in (palette.LINE, palette.SECOND_LINE)) >= 3.0
 
 
 def test_motions_that_fill_maps_are_quieter_than_rare_ones():
