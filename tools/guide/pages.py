@@ -160,7 +160,7 @@ def _write(page: Path, client: Client, folder: str) -> list[str]:
     return []
 
 
-def _differs(page: Path, client: Client, folder: str) -> list[str]:
+def differences(page: Path, client: Client, folder: str | Path) -> list[str]:
     """Run a page in a folder, and return in what it differs from what it shows."""
     with chdir(folder):
         blocks = list(run(page.read_text("utf-8"), ask_with(client)))
@@ -183,10 +183,10 @@ def main(arguments: Sequence[str]) -> int:
             began = time.monotonic()
             # settings of pictures are those of one page
             with mpl.rc_context(), tempfile.TemporaryDirectory(prefix="grazemap-page-") as folder:
-                differences = (_differs if given.check else _write)(page, client, folder)
+                differ = (differences if given.check else _write)(page, client, folder)
             pyplot.close("all")
-            wrong += len(differences)
-            print(f"{page.name}: {time.monotonic() - began:.1f} s", *differences, sep="\n  ", flush=True)
+            wrong += len(differ)
+            print(f"{page.name}: {time.monotonic() - began:.1f} s", *differ, sep="\n  ", flush=True)
     return 1 if wrong else 0
 
 
