@@ -586,8 +586,8 @@ def saved(figure: Figure) -> bytes:
 def colours_of(ax: Axes) -> tuple[set[str], set[str]]:
     """Return the colours #RRGGBB of the regions of axes, and those of its lines and symbols, which have a rim there.
 
-    Colours on a scale are left out. A square with a rim of ink stands for a region in the legend; strokes of ink on
-    regions are no region.
+    Colours on a scale are left out, and so are the strokes of ink that mark sensitive points. In a legend a square with
+    a rim of ink stands for a region, any other square for a bifurcation.
     """
     from matplotlib.colors import ListedColormap, to_hex
 

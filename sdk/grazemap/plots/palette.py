@@ -19,7 +19,7 @@ NAMED: dict[str, str] = PALETTE["motions"]
 """Colour by label."""
 
 ORDERS: tuple[str, ...] = tuple(PALETTE["orders"])
-"""Colours of recurrences by order, and of what comes in numbers."""
+"""Colours of recurrences by order, of the returns of a mapping, and of harmonics, each by its number."""
 
 LINE, SECOND_LINE = PALETTE["lines"]
 PALE_LINE = OTHER
