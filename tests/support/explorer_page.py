@@ -26,7 +26,7 @@ HARD = "omega=0.28125..0.296875&clearance=1.25..1.375"
 ALSO_HARD = "omega=0.296875..0.3125&clearance=1.25..1.375"
 WAIT = 120_000
 
-# The verified tiles of the window that are there, all of them, and whether the page says that it is done.
+# The maps of the window that are there, all of them, and whether the page says that it is done.
 PROGRESS = """() => {
     const { value, max, className } = document.getElementById("progress");
     return [value, max, className === "done"];

@@ -77,7 +77,8 @@ def test_no_two_motions_of_a_legend_look_the_same_and_no_other_as_one_of_them(pa
     assert len({look["colour"] for look in looks[:LEGEND]}) == LEGEND  # without stripes while there are colours
 
 
-def test_a_look_depends_on_what_is_seen_together_and_not_on_what_came_before(page: Page) -> None:
+def test_a_look_depends_on_what_is_seen_together_and_stays_while_that_is_seen(page: Page) -> None:
+    named = PALETTE["motions"]
     seen = [*MET, *MANY[:10]]
     first, _, backwards, again = page.evaluate(SEEN, [seen, MANY, seen[::-1], seen])
     assert first == backwards[::-1] == again
@@ -89,6 +90,15 @@ def test_a_look_depends_on_what_is_seen_together_and_not_on_what_came_before(pag
     few, many = MANY[:LEGEND], MANY[LEGEND:]
     _, looks = page.evaluate(SEEN, [[*many, *few], [*few, *many]])
     assert len({look["colour"] for look in looks[:LEGEND]}) == LEGEND
+    # what the legend names before and after a change of the view keeps its look, beside others that come and go
+    first, then = page.evaluate(SEEN, [MANY[5:17], [*MANY[:5], *MANY[17:20], *MANY[5:15]]])
+    assert first[:10] == then[8:]
+    assert len({look["swatch"] for look in then}) == len(then)
+    # but not against a motion that the palette names
+    _, then = page.evaluate(SEEN, [MANY[:LEGEND], [*MANY[:10], *MET]])
+    assert all(
+        look["colour"] == named[label] for label, look in zip([*MANY[:10], *MET], then, strict=True) if label in named
+    )
     # the name gives the colour wherever that is free
     ((alone,),), ((also,),) = page.evaluate(SEEN, [["7-9r-8l"]]), page.evaluate(SEEN, [["7-9r-8l"]])
     assert alone == also

@@ -13,7 +13,7 @@ from playwright.sync_api import Browser, expect
 
 from grazemap.results import UnfoldingMap
 from grazemap.wire.observables import OBSERVABLES
-from tests.support.explorer_page import answered, soon
+from tests.support.explorer_page import answered, soon, unfold
 from tests.support.watched_page import Watched
 from tests.system.browser.conftest import watched_page
 
@@ -43,6 +43,19 @@ def test_every_observable_of_maps_is_a_layer_with_its_unit_and_description(tiny:
     assert tiny.posted("unfolding-maps")[-1]["observables"] == ["peak_displacement"]
     page.mouse.move(400, 200)
     soon(page, lambda: "peak displacement" in page.locator("#reading").inner_text())
+
+
+def test_values_come_first_for_few_points_and_then_for_all(tiny: Watched, url: str) -> None:
+    page = tiny.page
+    page.goto(f"{url}/#{ABOVE}&layer=exponent")
+    expect(page.locator("#progress")).to_have_class("done", timeout=WAIT)
+    points = [
+        body["horizontal"]["values"]["points"] for body in tiny.posted("unfolding-maps") if not body.get("preview")
+    ]
+    few, fine = min(points), max(points)
+    assert few < fine
+    assert points == sorted(points)
+    assert points.count(few) == points.count(fine)
 
 
 def test_a_sweep_is_one_map_of_the_window_and_says_so(tiny: Watched, url: str) -> None:
@@ -86,9 +99,10 @@ def test_the_number_of_motions_is_a_layer_of_ensembles_alone(tiny: Watched, url:
 def test_units_are_chosen_for_axes_readings_and_forms_and_requests_stay_in_si(tiny: Watched, url: str) -> None:
     page = tiny.page
     page.goto(f"{url}/#omega=60..75&clearance=0.012..0.02&machine={HAMMER}")
-    page.locator("#view-section > summary").click()
+    unfold(page, "All its numbers")
     page.locator("#unit-frequency").select_option("Hz")
     page.locator("#unit-length").select_option("mm")
+    page.locator("#view-section > summary").click()
     expect(page).to_have_url(re.compile("units=Hz%2Cmm"))
     expect(page.locator("#point-form [data-names=horizontal]")).to_contain_text("(Hz)")
     page.locator("#point-form").get_by_label("forcing frequency f (Hz)").fill("10.5")
@@ -108,10 +122,9 @@ def test_units_are_chosen_for_axes_readings_and_forms_and_requests_stay_in_si(ti
 def test_units_are_no_choice_for_a_machine_without_any(tiny: Watched, url: str) -> None:
     page = tiny.page
     page.goto(f"{url}/#{ABOVE}&units=Hz,mm")
-    page.locator("#view-section > summary").click()
-    expect(page.locator("#policy")).to_be_visible()
+    unfold(page, "All its numbers")
+    expect(page.locator("#machine [name=masses]")).to_be_visible()
     expect(page.locator("#units")).to_be_hidden()
-    page.locator("#view-section > summary").click()
     page.mouse.move(500, 300)
     soon(page, lambda: "ω = 0.2" in page.locator("#reading").inner_text())
     assert "Hz" not in page.locator("#reading").inner_text()

@@ -99,6 +99,7 @@ def test_an_opened_point_is_whole_in_sight(browser: Browser, url: str, width: in
     unfold(page, "Machine", "All its numbers")
     page.get_by_role("button", name="Show this window").scroll_into_view_if_needed()
     at = place(page, *FIRST_POINT)
+    opened = page.url.partition("#")[2]
     if is_phone:
         page.touchscreen.tap(*at)
     else:
@@ -107,12 +108,16 @@ def test_an_opened_point_is_whole_in_sight(browser: Browser, url: str, width: in
     assert_in_sight(page)
     address = page.url
     assert "at=" in address
+    assert address.partition("#")[2].partition("&at=")[0] == opened  # the window stays
     marked = spot(page, *(float(part) for part in parse_qs(urlsplit(address).fragment)["at"][0].split(",")))
     assert is_free(page, marked)  # the point itself is in sight, too
     page.goto("about:blank")
     page.goto(address)
     expect(page.locator("#point-name")).to_have_text("1-2r-2l", timeout=WAIT)
     assert_in_sight(page)
+    assert is_free(
+        page, spot(page, *(float(part) for part in parse_qs(urlsplit(address).fragment)["at"][0].split(",")))
+    )
     context.close()
 
 

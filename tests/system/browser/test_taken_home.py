@@ -28,12 +28,13 @@ WAIT = 240_000
 NEAR = "omega=0.28125..0.296875&clearance=1.9375..2"  # about the grazing curve
 STEEL = {"units": "SI", "masses": [0.5], "stiffnesses": [2000], "damping": [1.5], "forcing": [5], "restitution": 0.7}
 HAMMER = quote(json.dumps({"oscillator": STEEL, "stops": "right"}))
+FINE = 128  # points along a side of a tile
 SVG = "{http://www.w3.org/2000/svg}"
 
 
 @dataclass
 class Tiles:
-    """The bytes of the verified tiles that a page got, each with its request."""
+    """The bytes of the fine verified tiles that a page got, each with its request."""
 
     kept: list[tuple[dict[str, Any], bytes]] = field(default_factory=list)
 
@@ -41,7 +42,8 @@ class Tiles:
         if answer.request.method != "POST" or not answer.url.endswith("/v1/unfolding-maps") or not answer.ok:
             return
         body = answer.request.post_data_json
-        if not body.get("preview") and answer.headers.get("content-type") == "application/x-npz":
+        is_fine = body["horizontal"]["values"]["points"] == FINE
+        if is_fine and not body.get("preview") and answer.headers.get("content-type") == "application/x-npz":
             self.kept.append((body, answer.body()))
 
     def labels(self, *names: str) -> dict[tuple[float, float], tuple[Any, ...]]:
@@ -63,6 +65,7 @@ def labels(data: bytes, *names: str) -> dict[tuple[float, float], tuple[Any, ...
         }
 
 
+NAMES_OF_AXES = ("omega", "clearance")
 NAMES = ("kind", "period", "impacts_right", "impacts_left", "verified", "sensitive")
 
 
@@ -99,6 +102,21 @@ def saved(page: Page, name: str, folder: Path) -> Path:
     return path
 
 
+Ends = list[tuple[float, float]]
+
+
+def of_address(page: Page) -> Ends:
+    """Return the whole window, over which a sweep goes."""
+    texts = [re.search(rf"{name}=([^&]*)", page.url)[1].split("..") for name in NAMES_OF_AXES]  # type: ignore[index]
+    return [(float(low), float(high)) for low, high in texts]
+
+
+def beside_axes(page: Page) -> Ends:
+    """Return the window without the strips of the axes."""
+    left, right, low, high = (float(field.input_value()) for field in page.locator("#window-form input").all())
+    return [(left, right), (low, high)]
+
+
 @pytest.mark.parametrize(
     ("state", "more"),
     [
@@ -128,14 +146,11 @@ def test_the_copied_program_and_command_compute_the_points_that_are_seen(
     of_program = labels((tmp_path / "map.npz").read_bytes(), *NAMES, *more)
     of_command = labels(by_command, *NAMES, *more)
     assert of_program == of_command
-    ends = [[float(end) for end in re.search(rf"{name}=([^&]*)", page.url)[1].split("..")] for name in NAMES_OF_AXES]  # type: ignore[index]
+    ends = of_address(page) if "sweep" in state else beside_axes(page)
     inside = {at for at in seen if all(low <= value <= high for value, (low, high) in zip(at, ends, strict=True))}
     assert set(of_program) == inside
     wrong = [at for at in inside if of_program[at] != seen[at]]
     assert wrong == []
-
-
-NAMES_OF_AXES = ("omega", "clearance")
 
 
 def test_the_command_is_one_that_a_shell_runs(tiny: Watched, url: str) -> None:
@@ -168,6 +183,43 @@ def test_the_pictures_have_the_legend_the_machine_the_window_and_the_link(
     png = saved(page, "PNG", tmp_path).read_bytes()
     width, height = (int.from_bytes(png[start : start + 4], "big") for start in (16, 20))
     assert (width, height) == (2 * int(root.get("width", "0")), 2 * int(root.get("height", "0")))
+
+
+def test_a_picture_that_waits_for_its_tiles_is_given_up_aloud(tiny: Watched, url: str, tmp_path: Path) -> None:
+    page = tiny.page
+    page.route("**/v1/unfolding-maps", lambda route: None)  # an answer that does not come
+    page.goto(f"{url}/#{NEAR}")
+    page.get_by_text("Take home", exact=True).click()
+    saved(page, "PNG", tmp_path)
+    page.locator("#save-later").click()
+    before = page.locator("#says").inner_text()
+    page.get_by_role("button", name="Zoom out").click()
+    expect(page.locator("#says")).to_contain_text("not saved")
+    assert "not saved" not in before
+    page.unroute_all(behavior="ignoreErrors")
+
+
+def test_the_window_that_was_asked_for_is_the_one_that_is_shown_and_taken_home(
+    tiny: Watched, url: str, tmp_path: Path
+) -> None:
+    page = tiny.page
+    shown(tiny, url, NEAR)
+    page.locator("#view-section > summary").click()
+    window = ["0.285", "0.295", "1.95", "1.99"]
+    fields = page.locator("#window-form input").all()
+    for entry, text in zip(fields, window, strict=True):
+        entry.fill(text)
+    page.get_by_role("button", name="Show this window").first.click()
+    expect(page.locator("#progress")).to_have_class("done", timeout=WAIT)
+    page.locator("#view-section > summary").click()
+    assert [entry.input_value() for entry in fields] == window
+    page.get_by_text("Take home", exact=True).click()
+    rows = saved(page, "CSV", tmp_path).read_text().splitlines()[1:]
+    points = np.array([[float(value) for value in row.split(",")[:2]] for row in rows])
+    for values, (low, high) in zip(points.T, ((0.285, 0.295), (1.95, 1.99)), strict=True):
+        assert low <= values.min() < low + 0.01 * (high - low)
+        assert high - 0.01 * (high - low) < values.max() <= high
+    expect(page.locator("#copied")).to_contain_text("saved")
 
 
 def test_a_picture_of_a_part_says_so(tiny: Watched, url: str, tmp_path: Path) -> None:

@@ -9,12 +9,13 @@ const READ_DIGITS = 12;
 // has the name of that axis. Numbers of one axis rise.
 export class AxisForm {
   // `valuesOf(state)` are the numbers of the fields, null: none; `chosen(values)` is called with others, inside the
-  // `domains` of the axes.
-  constructor(id, { valuesOf, digits = READ_DIGITS, chosen, domains }) {
+  // `domains` of the axes, and at their lower ends where a form is `closed`.
+  constructor(id, { valuesOf, digits = READ_DIGITS, chosen, domains, closed = false }) {
     this.form = byId(id);
     this.fields = [...this.form.querySelectorAll("input")];
     this.valuesOf = valuesOf;
     this.digits = digits;
+    this.closed = closed;
     // a number may be wrong beside another one alone
     this.form.addEventListener("input", () => this.fields.forEach((field) => field.setCustomValidity("")));
     this.form.addEventListener("submit", (event) => {
@@ -27,7 +28,7 @@ export class AxisForm {
   // The numbers that were entered; null, and a field says what is wrong.
   #entered({ x, y }) {
     const values = this.fields.map((field) => {
-      const value = numberOf(field, field.dataset.axis === "horizontal" ? x : y);
+      const value = numberOf(field, field.dataset.axis === "horizontal" ? x : y, { isClosed: this.closed });
       return inSI(this.machine, this.#quantity(field), value);
     });
     if (values.includes(null)) return null;

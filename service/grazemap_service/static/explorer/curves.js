@@ -26,13 +26,15 @@ export const MEANINGS = {
   GR: "a stop is touched once more",
 };
 
-// The dyadic interval of at most eight parts that contains an interval, inside a domain.
+// The dyadic interval of at most eight parts that contains an interval, inside a domain; it begins no lower than at half
+// of what is seen, as a curve at slow forcing takes long.
 /** @param {Interval} interval  @param {Interval} domain  @returns {Interval} */
 function around([low, high], domain) {
   const exponent = Math.min(Math.ceil(Math.log2((high - low) / 4)), Math.log2(domain[1] - domain[0]));
   const parts = indices([low, high], exponent, domain);
   const size = 2 ** exponent;
-  return within([parts[0] * size, (parts[parts.length - 1] + 1) * size], domain);
+  const slowest = low > 0 ? 2 ** Math.floor(Math.log2(low)) : -Infinity;
+  return within([Math.max(parts[0] * size, slowest), (parts[parts.length - 1] + 1) * size], domain);
 }
 
 // Whether there are bifurcation curves over a plane without a motion to begin with.

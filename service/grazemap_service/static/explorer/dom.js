@@ -31,14 +31,14 @@ const POINT = /^[+-]?\d+,\d+$/; // a number with a comma in place of the point
 export const notNumber = (text) =>
   `“${text}” is not a number${POINT.test(text) ? `; write ${text.replace(",", ".")}` : ""}`;
 
-// The number in a field, inside a domain, which is closed where it has an upper end; null, and the field says what is
-// wrong, if there is none.
+// The number in a field, inside a domain, which is closed where it has an upper end or is said to be; null, and the
+// field says what is wrong, if there is none.
 /** @param {any} field  @param {Interval} [domain] */
-export function numberOf(field, [low, high] = [0, Infinity]) {
+export function numberOf(field, [low, high] = [0, Infinity], { isClosed = high < Infinity } = {}) {
   const text = field.value.trim();
   const value = Number(text || NaN);
-  const isClosed = high < Infinity;
-  const ends = isClosed ? ` from ${low} to ${high}` : low > -Infinity ? ` > ${low}` : "";
+  const least = low > -Infinity ? ` ${isClosed ? ">=" : ">"} ${low}` : "";
+  const ends = high < Infinity ? ` from ${low} to ${high}` : least;
   const isThere = isClosed ? low <= value && value <= high : low < value && value < high;
   const wrong = Number.isFinite(value) ? `${text} is out of range` : notNumber(text);
   field.setCustomValidity(isThere ? "" : `${wrong}; allowed: numbers${ends}`);

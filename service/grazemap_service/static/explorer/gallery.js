@@ -2,7 +2,7 @@
 import { compute, isAborted } from "./api.js";
 import { byId, element, swatch } from "./dom.js";
 import { Colours } from "./labels.js";
-import { paint, rangeOf } from "./layers.js";
+import { LAYERS, paint, rangeOf } from "./layers.js";
 import { USUAL } from "./parameters.js";
 import { PLACES } from "./places.js";
 import * as requests from "./requests.js";
@@ -54,7 +54,7 @@ export class Gallery {
     link.addEventListener("click", ({ ctrlKey, metaKey, shiftKey }) => {
       if (!ctrlKey && !metaKey && !shiftKey) this.opened(place, href); // else it opens beside this page
     });
-    return { place, canvas, motions, points: 0, item: element("li", {}, link) };
+    return { place, canvas, motions, colours: new Colours(this.palette), points: 0, item: element("li", {}, link) };
   }
 
   // Draws coarse pictures soon, then fine ones where nothing else is asked for.
@@ -77,15 +77,14 @@ export class Gallery {
     }
   }
 
-  async #paint({ place, canvas, motions }, { points, priority, preview }, signal) {
+  async #paint({ place, canvas, motions, colours }, { points, priority, preview }, signal) {
     const { machine, plane, x, y, layer, shows } = place;
+    if (preview && LAYERS[layer].field) return; // previews have motions alone
     const request = requests.map(machine, plane, rangeIn(x, points), rangeIn(y, points), { preview });
     const { data } = await compute("unfolding-maps", request, { npz: true, priority, signal });
     const tile = { ...(await this.decode(data)), points };
-    const colours = new Colours(this.palette);
     colours.see([...new Set([...shows, ...tile.labels])]);
-    const range = rangeOf(layer, [tile]);
-    const image = paint(tile, range ? layer : "motion", { hidden: new Set(), range, colours });
+    const image = paint(tile, layer, { hidden: new Set(), range: rangeOf(layer, [tile]), colours });
     Object.assign(canvas, { width: points, height: points }).getContext("2d").drawImage(image, 0, 0);
     const named = ({ colour, image: stripes }, label) => element("span", {}, swatch(colour, stripes), label);
     if (layer === "motion") motions.replaceChildren(...shows.map((label) => named(colours.of(label), label)));

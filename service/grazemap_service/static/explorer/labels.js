@@ -89,7 +89,7 @@ const simplestFirst = (label, other) => {
 // The looks of labels. No two of those that the legend names in a view look the same, and no other label looks like one
 // of them. A motion that the palette names always has its colour. Others have the colour that the label gives or the next
 // one that is free, one of a motion of period 1 only where no other is left, and then stripes. Simple motions choose
-// first, so that a look depends on what is in the view, and not on what came first.
+// first. What the legend names before and after a change of the view keeps its look.
 export class Colours {
   #named;
   #free;
@@ -147,12 +147,22 @@ export class Colours {
 
   // Takes note of the labels in a view, the largest share first.
   see(labels) {
+    const kept = this.#kept(labels);
     this.#shown = labels;
-    for (const [label, look] of this.together(labels)) {
+    for (const [label, look] of this.together(labels, NAMED, kept)) {
       const before = this.#looks.get(label);
       if (before && before.text !== look.text) this.version += 1;
       this.#looks.set(label, look);
     }
+  }
+
+  // The looks that the legend's labels keep: not those that belong to another label by its name.
+  #kept(labels) {
+    const named = labels.map((label) => this.#named[label]);
+    const before = new Set(this.#shown.slice(0, NAMED));
+    const staying = labels.slice(0, NAMED).filter((label) => before.has(label) && !this.#named[label]);
+    const looks = staying.map((label) => [label, this.#looks.get(label)]);
+    return new Map(looks.filter(([, { colour, hatching }]) => hatching || !named.includes(colour)));
   }
 
   // The looks of labels that are shown beside the view: those of its labels are as there.
@@ -161,7 +171,7 @@ export class Colours {
   }
 
   of(label) {
-    if (!this.#looks.has(label)) this.#looks.set(label, this.together([...this.#shown, label]).get(label));
+    if (!this.#looks.has(label)) this.#looks.set(label, this.beside([label]).get(label));
     return this.#looks.get(label);
   }
 }

@@ -48,6 +48,7 @@ export function addObservables(observables) {
 
 const UNVERIFIED_SHADE = 0.55;
 const SHARE_IN_RANGE = 0.98;
+const WELL = 0.4; // of a ramp, at least, are values
 const SHADES = 256; // of a ramp
 const FAR = 0.5;
 export const PALE = 0.35; // of the colours of motions, until the values of a layer come
@@ -55,8 +56,9 @@ const ROUND = [1, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10]; // times a power of ten, wher
 const MOST_COUNTED = 1024; // points of a window, along a side, that are counted
 
 // The values between which a layer's ramp runs for these tiles, and whether some are beyond; null where they have none.
+// The ramp `before` goes on where it shows them well.
 /** @param {string} layer  @param {Tile[]} tiles */
-export function rangeOf(layer, tiles) {
+export function rangeOf(layer, tiles, before = null) {
   const { field, diverging, isCount } = LAYERS[layer];
   const values = tiles
     .flatMap((tile) => (tile[field] ? [...tile[field].filter((_, k) => k % 37 === 0)] : []))
@@ -76,7 +78,8 @@ export function rangeOf(layer, tiles) {
     const high = Math.ceil((most / power) * (1 - 1e-9)) * power;
     return [low, high, largest > high];
   }
-  const round = ROUND.find((factor) => factor * power >= most * (1 - 1e-9)) * power;
+  const goesOn = before && before[0] <= 0 && most <= before[1] && most > WELL * before[1];
+  const round = goesOn ? before[1] : ROUND.find((factor) => factor * power >= most * (1 - 1e-9)) * power;
   return [diverging ? -round : 0, round, largest > round];
 }
 
@@ -86,7 +89,10 @@ const isPeriodic = (label) => /^\d/.test(label); // other motions are named by t
 const packed = ([red, green, blue], shade = 1) =>
   ((255 << 24) | (Math.round(shade * blue) << 16) | (Math.round(shade * green) << 8) | Math.round(shade * red)) >>> 0;
 
-// The pixel of each point: of a motion that is hidden, 0. Every other point of a periodic motion that is not verified is
+const HIDDEN = packed([128, 128, 128]);
+const HIDDEN_APART = 6; // points between these lines
+
+// The pixel of each point: of a motion that is hidden, a grey line or none. Every other point of a periodic motion that is not verified is
 // dark, but in previews, which are pale.
 function ofMotions({ labels, motion, verified, preview }, hidden, colours) {
   const shades = [1, UNVERIFIED_SHADE];
@@ -98,7 +104,7 @@ function ofMotions({ labels, motion, verified, preview }, hidden, colours) {
   });
   return (k, row, column) => {
     const shown = looks[motion[k]];
-    if (!shown) return 0;
+    if (!shown) return (row + column) % HIDDEN_APART ? 0 : HIDDEN;
     const { look, pixels } = shown;
     const striped = look.hatching && look.at(row, column) !== look.channels ? 1 : 0;
     return pixels[striped][shown.isPeriodic && !preview && !verified[k] && (row + column) % 2 ? 1 : 0];

@@ -25,8 +25,13 @@ export class Legend {
       ...Object.entries(names).map(([type, name]) => ({
         isSeen: (drawing) => drawing.type === type,
         colours: [bifurcations[type]],
+        shape: "diamond",
         text: `${type}: ${name}; ${meanings[type]}`,
       })),
+      {
+        isSeen: ({ isGraze }) => isGraze,
+        text: "Dark line: the grazing curve; on it the motion without impacts just touches a stop.",
+      },
       { isSeen: ({ dashed }) => dashed, text: "Dashed: no motion follows it, as a stop is met before." },
       {
         isSeen: ({ isBorder }) => isBorder,
@@ -37,14 +42,16 @@ export class Legend {
         isSeen: ({ shape, order }) => shape === "circle" && order,
         text: "Circles: the touch recurs after so many half periods:",
         numbered: orders,
+        shape: "circle",
       },
       {
         isSeen: ({ shape, order }) => shape === "circle" && !order,
         text: "Dark circles: both stops are touched, or one stop twice in a period.",
       },
     ].map((/** @type {any} */ { colours: before = [], numbered = [], ...meaning }) => {
-      const after = numbered.flatMap((colour, k) => [swatch(colour), ` ${k + 1} `]);
-      const parts = [...before.map((colour) => swatch(colour)), element("span", {}, `${meaning.text} `, ...after)];
+      const shaped = (colour) => Object.assign(swatch(colour), { className: `swatch ${meaning.shape}` });
+      const after = numbered.flatMap((colour, k) => [shaped(colour), ` ${k + 1} `]);
+      const parts = [...before.map(shaped), element("span", {}, `${meaning.text} `, ...after)];
       return { ...meaning, before, numbered, item: element("li", { hidden: true }, ...parts) };
     });
     byId("curve-legend").append(...this.#meanings.map((meaning) => meaning.item));
@@ -73,7 +80,7 @@ export class Legend {
   show(state, motions, range) {
     const { field } = LAYERS[state.layer];
     this.machine = state.machine;
-    byId("legend-key").hidden = Boolean(field);
+    byId("legend-key").hidden = byId("legend-hides").hidden = Boolean(field);
     byId("ramp").hidden = !field;
     byId("legend").hidden = Boolean(field);
     if (field) this.#showRamp(state, range);
@@ -94,7 +101,7 @@ export class Legend {
     const value = (end) => toRead(shown(machine, quantity, end));
     const text = range
       ? `${name}: ${value(range[0])} to ${value(range[1])}${range[2] ? " or more" : ""}`
-      : `${name}: comes with the complete tiles; the motions stand, pale`;
+      : `${name}: being computed; what is pale has no such value yet`;
     return { text, missing: `Grey: ${missing}. Cream: no impacts; pale: motions, until the values come.` };
   }
 
@@ -102,6 +109,12 @@ export class Legend {
     const { text, missing } = this.#rampOf(state, range);
     byId("ramp-missing").textContent = missing;
     const colours = rampOf(LAYERS[state.layer].diverging);
+    const ends = range ? [range[0], (range[0] + range[1]) / 2, range[1]] : [];
+    byId("ramp-ends").replaceChildren(
+      ...ends.map((end) =>
+        element("span", { textContent: toRead(shown(state.machine, LAYERS[state.layer].quantity, end)) }),
+      ),
+    );
     byId("ramp").querySelector("span").style.backgroundImage = `linear-gradient(90deg, ${colours.join(", ")})`;
     byId("ramp-text").textContent = text;
   }

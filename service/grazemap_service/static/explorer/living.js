@@ -8,7 +8,8 @@ import * as requests from "./requests.js";
 const APART = 60; // milliseconds between two questions
 const KEPT = 60; // answers
 const GAP = 18; // pixels from the pointer
-const OVER_PLANE = "header, aside, footer, #tools, #story, #place"; // what floats over the figure
+const EDGE = 4; // pixels from the edges of the plane
+const OVER_PLANE = "header, aside, footer, #tools, #story, #place, #story-tag"; // what floats over the figure
 const SHOWN = { periods: 8, samples: 32 };
 
 export class Living {
@@ -34,8 +35,8 @@ export class Living {
   // Shows a machine at [omega, clearance] beside a place on the canvas, in the colour of its motion, with its name and
   // `words` for it; it repeats after so many forcing periods where `period` is not null.
   show({ machine, at, colour, text, words, period, place, size }) {
-    this.#put(place, size);
     this.figure.querySelector("figcaption").replaceChildren(text, element("small", { textContent: words }));
+    this.#put(place, size);
     this.#next = { machine, at, colour, periods: Math.max(SHOWN.periods, period ?? 0) };
     this.#ask();
   }
@@ -56,7 +57,7 @@ export class Living {
         0,
       );
     const beside = (at, size, whole) =>
-      [at + GAP, at - GAP - size].map((start) => Math.max(0, Math.min(start, whole - size)));
+      [at + GAP, at - GAP - size].map((start) => Math.max(EDGE, Math.min(start, whole - size - EDGE)));
     const corners = beside(px, offsetWidth, width).flatMap((left) =>
       beside(py, offsetHeight, height).map((top) => [left, top]),
     );

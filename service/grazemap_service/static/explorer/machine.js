@@ -1,7 +1,7 @@
 // The form of the machine: presets, its fields with their errors, and its natural frequencies while one types.
 import { byId, element, notNumber } from "./dom.js";
 import { EXAMPLE, complete } from "./parameters.js";
-import { PRESETS, presetOf } from "./presets.js";
+import { PRESETS, likeOf, presetOf } from "./presets.js";
 import { sketch } from "./sketch.js";
 import { structureOf } from "./structures.js";
 import { toRead } from "./ticks.js";
@@ -57,9 +57,10 @@ export class MachineForm {
     this.chosen = chosen;
     this.form = byId("machine");
     const presets = Object.entries(PRESETS).map(([value, { text }]) => element("option", { value, textContent: text }));
-    byId("preset").append(element("option", { value: "", textContent: "another machine" }), ...presets);
+    byId("preset").append(element("option", { value: "" }), ...presets);
     byId("preset").addEventListener("change", ({ target }) => this.#preset(PRESETS[target.value]));
     this.form.addEventListener("input", ({ target }) => {
+      if (!target.name) return; // units to read in are of the view
       this.#touched.add(target.name);
       // numbers of a machine in SI are not those of the paper
       if (target.name === "units" && this.#isExample()) for (const name of FIELDS) this.form.elements[name].value = "";
@@ -101,6 +102,10 @@ export class MachineForm {
 
   show(machine) {
     const { oscillator, stops, left, periods } = machine;
+    const [own] = byId("preset").options;
+    const like = PRESETS[likeOf(machine)];
+    own.textContent = like ? `Changed: ${like.text}` : "Your own";
+    own.hidden = Boolean(presetOf(machine));
     byId("preset").value = presetOf(machine) ?? "";
     const { units = "nondimensional", ...others } = complete(oscillator);
     const fields = this.form.elements;

@@ -25,7 +25,7 @@ import { PlaceCard } from "./placecard.js";
 import { Plane } from "./plane.js";
 import { PlaneForm } from "./planeform.js";
 import { PointPanel } from "./point.js";
-import { PRESETS, presetOf } from "./presets.js";
+import { PRESETS, likeOf } from "./presets.js";
 import * as requests from "./requests.js";
 import { Sliders } from "./sliders.js";
 import { STARTS, isSweep } from "./starts.js";
@@ -44,6 +44,8 @@ const WHOLE = 1000; // pixels of width of a frame in which cards begin open
 const ROOMY = 1000; // pixels of height at which the legend has room below an open point
 const SEEN_ON_PHONE = 0.34; // of the height, above an open point, as in the style sheet
 const SWEEP_AFTER = 300; // milliseconds after the last step of a window
+const BESIDE = 40; // pixels between an open point and its panel
+const NOTICE = 8000; // milliseconds that a notice stays
 const WINDOW_DIGITS = 6;
 const SLIDE_AGAIN = 150; // milliseconds between the machines of a slider that moves
 
@@ -59,6 +61,7 @@ const colours = new Colours(palette);
 const isBare = !location.hash && !isFramed;
 let state = { ...STANDARD };
 let ofPoint = { lines: [], marks: [] }; // what the point draws into the plane
+let ramp = { layer: "", range: null }; // the last one
 let before = { tiles: [], axes: "" }; // the tiles that were in sight last, until those of another machine come
 let place = null; // where the pointer is on the canvas of the plane; null: elsewhere
 const NEAR_GRAZE =
@@ -69,6 +72,7 @@ let isWatched = true; // the plane, and not a point that was opened, until the p
 let foldsLegend = false; // whether the open point has folded the legend
 let errorText = "";
 let linkText = ""; // what is wrong with the link, until the next move
+let notice = ""; // what is said for a while
 let troubleText = "";
 
 const familyOf = (names = []) => JSON.stringify([state.machine, state.plane, names, state.policy]);
@@ -123,6 +127,7 @@ new Gestures(plane, act);
 const point = new PointPanel({
   colours,
   hidden: () => {
+    plane.reveal(null);
     if (foldsLegend) byId("legend-section").open = true;
     foldsLegend = false;
   },
@@ -131,6 +136,7 @@ const point = new PointPanel({
     refresh();
   },
   closed: () => {
+    rested = plane.place({ x: state.at[0], y: state.at[1] });
     state.at = null;
     point.clear();
     remember();
@@ -144,7 +150,9 @@ const story = new Story({ changed: () => refresh() });
 function first() {
   if (linked) return linked;
   if (isUsual(state.plane)) {
-    const { x, y } = PRESETS[presetOf(state.machine)] ?? overview.suggested() ?? state;
+    const like = PRESETS[likeOf(state.machine)];
+    const isThere = like && (overview.curve === null || overview.meets(like));
+    const { x, y } = (isThere && like) || overview.suggested() || state;
     return { x, y };
   }
   const about = (name) => intervalAbout(name, valueOf(state.machine, name, openPlace()));
@@ -163,12 +171,14 @@ const form = new MachineForm({
     await overview.show(chosen, state);
     if (choosing !== chosen) return; // another one was chosen meanwhile
     choosing = null;
-    Object.assign(state, { machine: chosen, plane: USUAL, at: null });
+    const kept = window || !isUsual(state.plane) ? null : state.at; // to compare machines at
+    Object.assign(state, { machine: chosen, plane: USUAL, at: kept });
     planeForm.show(state);
-    point.clear();
+    if (!kept) point.clear();
     const isThere = overview.curve === null || overview.meets(state);
     const wanted = window ?? ((!isThere && overview.suggested()) || state);
     plane.go({ x: wanted.x, y: wanted.y }, { now: true });
+    if (kept) openPanel();
   },
 });
 const viewForm = new ViewForm((part) => {
@@ -182,8 +192,9 @@ const viewForm = new ViewForm((part) => {
 });
 const windowForm = new AxisForm("window-form", {
   domains,
+  closed: true,
   digits: WINDOW_DIGITS,
-  valuesOf: ({ x, y }) => [...address.endsOf(x), ...address.endsOf(y)],
+  valuesOf: () => plane.view && Object.values(plane.beside).flatMap(address.endsOf),
   chosen: ([left, right, low, high]) => {
     plane.fit({ x: [left, right], y: [low, high] });
     byId("view-section").open = false;
@@ -265,9 +276,21 @@ const unitsOf =
     y: shown(machine, parameter(vertical).quantity, y),
   });
 
+let noticing = null;
+function notify(text) {
+  if (!text) return;
+  notice = text;
+  clearTimeout(noticing);
+  noticing = setTimeout(() => {
+    notice = "";
+    refresh();
+  }, NOTICE);
+}
+
 // Shows a changed part of the state.
 function change(part) {
   Object.assign(state, part);
+  notify(taken?.dropped());
   choose(state.units);
   plane.domains = domains();
   errorText = "";
@@ -285,7 +308,7 @@ function ask() {
   if (isSweep(policy)) askSweep(request);
   else {
     const wanted = tilesOf(state, columns.exponent, rows.exponent, centre, domains());
-    tiles.show(family(), request, wanted, domains(), { hurried });
+    tiles.show(family(), request, wanted, domains(), { hurried, hasValues: Boolean(LAYERS[layer].field) });
   }
   curves.show(hurried ? { ...state, curves: "grazing", borders: false } : state, domains());
 }
@@ -401,9 +424,16 @@ function open(at) {
   state.at = at;
   uncover();
   openPanel();
-  if (isPhone()) plane.reveal({ x: at[0], y: at[1] }, innerHeight * SEEN_ON_PHONE);
+  if (!isPhone()) aside();
   remember();
   refresh();
+}
+
+// Moves the window where the open point lies under its panel.
+function aside() {
+  const { px } = plane.place({ x: state.at[0], y: state.at[1] });
+  const beyond = px - byId("right").getBoundingClientRect().left + BESIDE;
+  if (!byId("point-section").hidden && beyond > 0) plane.pan(beyond / plane.width, 0);
 }
 
 // The interval, or another one of its width about a value that it does not contain.
@@ -431,6 +461,7 @@ function openPanel() {
     foldsLegend = true;
   }
   const [x, y] = state.at;
+  plane.reveal(isPhone() ? { x, y } : null, innerHeight * SEEN_ON_PHONE);
   const here = state.policy === "rest" ? null : reading(seen(), x, y);
   const start = here && `On the map, ${STARTS[state.policy].phrase}: ${here.label}. Below is the motion from rest.`;
   const note = plane.markText({ x, y }) ?? (touches(state.at) ? NEAR_GRAZE : null);
@@ -442,7 +473,7 @@ const seen = () => tiles.within(family(), state);
 // The verified tiles of the window that are as fine as its pixels.
 function finestSeen(seenTiles = seen()) {
   const size = 2 ** levels().x.exponent;
-  return seenTiles.filter((tile) => !tile.preview && tile.x[1] - tile.x[0] === size);
+  return seenTiles.filter(({ preview, points, x }) => !preview && points === POINTS && x[1] - x[0] === size);
 }
 
 // Whether labels are not known better than to the distance of neighbouring points.
@@ -462,7 +493,10 @@ function refresh() {
 
 function show() {
   const seenTiles = seen();
-  const range = LAYERS[state.layer].field ? rangeOf(state.layer, seenTiles) : null;
+  const range = LAYERS[state.layer].field
+    ? rangeOf(state.layer, seenTiles, ramp.layer === state.layer && ramp.range)
+    : null;
+  ramp = { layer: state.layer, range: range ?? ramp.range };
   const motions = LAYERS[state.layer].field ? [] : shares(seenTiles, state);
   const labels = [...motions.map(({ label }) => label), ...seenTiles.flatMap((tile) => tile.labels)];
   if (motions.length) colours.see([...new Set(labels)]);
@@ -523,20 +557,23 @@ function say(seenTiles = seen()) {
   const progress = tiles.progress();
   const isRefining = progress.done + progress.failed < progress.total || Boolean(sweeping);
   const { x: across, y: up } = levels();
-  const troubles = [troubleText, linkText, errorText].filter(Boolean);
+  const troubles = [troubleText, linkText, errorText, notice].filter(Boolean);
+  const pending = curves.pending();
   const work = words.ofWork({
     progress,
     isRefining,
     policy: state.policy,
     hasPicture: seenTiles.length > 0,
     isChoosing: Boolean(choosing),
-    pending: curves.pending(),
+    pending,
     isEnded: across.ended || up.ended,
     isSensitive: roundOffDecides(seenTiles),
   });
   if (!isRefining && !progress.failed && seenTiles.length) taken?.complete();
-  Object.assign(byId("progress"), { max: progress.total, value: progress.done, className: isRefining ? "" : "done" });
-  byId("says").className = troubles.length ? "wrong" : ""; // which has room on a phone too
+  const { wanted: max, there: value } = progress;
+  Object.assign(byId("progress"), { max, value, className: isRefining ? "" : "done" });
+  // what is wrong, and curves that were asked for, have room on a phone too
+  byId("says").className = troubles.length ? "wrong" : pending.length && !isRefining ? "busy" : "";
   byId("says").textContent = [...troubles, work].join(" ");
   byId("reading").textContent =
     place && plane.view
@@ -551,6 +588,11 @@ function readingAt(at, seenTiles) {
   const here = reading(seenTiles, at.x, at.y);
   const [x, y] = pointAt(at, here);
   return words.ofPoint(state, { x, y }, { drawn, here });
+}
+
+// Forgets where the pointer was, as before another view.
+function forget() {
+  place = rested = null;
 }
 
 // Marks a place on the plane, or none.
@@ -624,6 +666,7 @@ byId("story-again").addEventListener("click", async () => {
   history.pushState(null, "", location.pathname);
   await restore();
   byId("about-section").open = false;
+  forget();
   story.begin();
   byId("story-next").focus();
 });
@@ -631,6 +674,7 @@ const placeCard = new PlaceCard();
 new Gallery({
   opened: (at, hash) => {
     story.end();
+    forget();
     placeCard.show(at, hash);
   },
   addressOf: (at) => address.write({ ...STANDARD, ...at }),
@@ -644,19 +688,21 @@ const taken = offer(() => {
   const middle = ({ x: [left, right], y: [low, high] }) =>
     Number(left <= across && across < right && low <= up && up < high);
   const [{ x: columns, y: rows }, within] = [levels(), domains()];
-  const view = { ...state }; // as it is now, whatever is shown while a picture is made
+  // as it is now, whatever is shown while a picture is made, and beside the strips of the axes
+  const whole = { ...state };
+  const view = { ...whole, ...plane.beside };
   return {
     state: view,
     link: location.href,
+    open: state.at && `+ ${byId("point-place").textContent}: ${byId("point-name").textContent}`,
     ...plane.scene,
     inUnits: unitsOf(view),
     marks: plane.marksApart,
-    image: plane.image(),
-    size: { width: plane.width, height: plane.height },
+    image: plane.image(), // of that window
     legend: legend.inSight,
     lookOf: (label) => colours.of(label),
     ranges: (most) => {
-      if (isSweep(view.policy)) return { x: partsOf(address.endsOf(view.x)), y: partsOf(address.endsOf(view.y)) };
+      if (isSweep(view.policy)) return { x: partsOf(address.endsOf(whole.x)), y: partsOf(address.endsOf(whole.y)) };
       const side = Math.floor(Math.sqrt(most));
       return {
         x: pointsOf(view.x, columns.exponent, within.x, side),

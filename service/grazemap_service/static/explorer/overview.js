@@ -11,7 +11,7 @@ const POINTS = 801;
 const RESOLVED = 0.98; // of a peak, in the points beside it, for the peak to be told
 const BELOW = 0.3;
 const ABOVE = 1.6; // times the lowest and the highest natural frequency
-const LOWEST = 0.15;
+const LOWEST = 0.02;
 const HIGHEST = 1.1; // times the largest clearance of the curve in the window
 const ABOUT_FIRST_MODE = [0.65, 1.25]; // times the lowest natural frequency
 

@@ -134,10 +134,18 @@ export class Plane {
     );
   }
 
-  // Moves the window so that a point is above a height of the canvas.
-  reveal(point, height) {
-    const { py } = this.place(point);
-    if (py > height) this.pan(0, -(py - height / 2) / this.height);
+  // The window beside the strips of the axes.
+  /** @returns {View} */
+  get beside() {
+    const { side, strip } = this.#edges;
+    const { x, y } = this.value({ px: side, py: this.height - strip });
+    return { x: [x, this.view.x[1]], y: [y, this.view.y[1]] };
+  }
+
+  // Lifts the canvas so that a point is above a height of the page; null: no longer.
+  reveal(point, height = 0) {
+    const py = point ? this.place(point).py : 0;
+    this.canvas.style.translate = py > height ? `0 ${Math.round(height / 2 - py)}px` : "";
   }
 
   pan(dx, dy) {
@@ -186,11 +194,14 @@ export class Plane {
     this.#paintAxes(pen, ink);
   }
 
-  // The tiles alone, as a canvas of the size of the plane.
+  // The tiles alone, as a canvas of the plane beside the strips of the axes.
   image() {
-    const canvas = new OffscreenCanvas(this.canvas.width, this.canvas.height);
+    const { side, strip } = this.#edges;
+    const pixels = (length) => Math.round(length * this.#ratio);
+    const canvas = new OffscreenCanvas(pixels(this.width - side), pixels(this.height - strip));
     const pen = canvas.getContext("2d");
     pen.scale(this.#ratio, this.#ratio);
+    pen.translate(-side, 0);
     pen.fillStyle = "#FFFFFF";
     pen.fillRect(0, 0, this.width, this.height);
     this.#paintTiles(pen);

@@ -1,4 +1,5 @@
 // Machines to begin with, each with a window that shows something.
+import { complete } from "./parameters.js";
 
 /** @type {Omit<Machine, "oscillator">} */
 const chain = { stops: "equal", left: null, periods: 400 };
@@ -6,7 +7,7 @@ const chain = { stops: "equal", left: null, periods: 400 };
 /** @type {Record<string, View & { text: string, machine: Machine }>} */
 export const PRESETS = {
   paper: {
-    text: "Three masses (the paper)",
+    text: "Three masses (paper)",
     machine: { ...chain, oscillator: null },
     x: [0.25, 0.3125],
     y: [1.5, 2.25],
@@ -92,9 +93,17 @@ export const PRESETS = {
   },
 };
 
+const named = (idOf, machine) => Object.keys(PRESETS).find((name) => idOf(PRESETS[name].machine) === idOf(machine));
+
 // The name of the preset of a machine, however long one watches; undefined: it is none.
 /** @param {Machine} machine  @returns {string | undefined} */
-export function presetOf(machine) {
-  const idOf = (/** @type {Machine} */ { oscillator, stops, left }) => JSON.stringify([oscillator, stops, left]);
-  return Object.keys(PRESETS).find((name) => idOf(PRESETS[name].machine) === idOf(machine));
-}
+export const presetOf = (machine) =>
+  named(({ oscillator, stops, left }) => JSON.stringify([oscillator, stops, left]), machine);
+
+// The name of the preset that a machine is, or that sliders make it of; undefined: there is none.
+/** @param {Machine} machine  @returns {string | undefined} */
+export const likeOf = (machine) =>
+  named(({ oscillator, stops }) => {
+    const { masses, stiffnesses, contact } = complete(oscillator);
+    return JSON.stringify([masses, stiffnesses, contact, stops]);
+  }, machine);

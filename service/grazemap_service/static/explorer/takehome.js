@@ -77,7 +77,7 @@ export function asCsv(tiles, { plane, x, y, machine, layer }) {
 }
 
 // What a picture says of itself below it.
-async function captionOf({ state, names, tiles, inUnits, link }) {
+async function captionOf({ state, names, tiles, inUnits, link, open }) {
   const { version } = await (await send("v1")).json();
   const axis = (name, [low, high]) => `${name} ${toRead(low, high - low)} to ${toRead(high, high - low)}`;
   const { x, y } = inUnits(state);
@@ -88,6 +88,7 @@ async function captionOf({ state, names, tiles, inUnits, link }) {
   });
   return [
     `${[axis(names.x, x), axis(names.y, y), ...fixed].join("; ")}.`,
+    ...(open ? [`${open}.`] : []),
     `${LAYERS[layer].text} ${STARTS[policy].phrase}, ${machine.periods} forcing periods watched. ${partOf(tiles).text}`,
     `grazemap ${version}${link.length > READABLE ? "" : `, ${link}`}`,
   ];
@@ -101,13 +102,14 @@ async function pictureOf(view) {
     reader.readAsDataURL(blob);
   });
   const caption = await captionOf(view);
-  return picture({ ...view, view: view.state, machine: view.state.machine, image, caption });
+  const { width, height } = view.image;
+  return picture({ ...view, view: view.state, machine: view.state.machine, size: { width, height }, image, caption });
 }
 
-// `now()` is { state, link, tiles, lines, marks, at, names, image, size, legend, lookOf, ranges }: all tiles of the view, the
+// `now()` is { state, link, tiles, lines, marks, at, open, names, image, legend, lookOf, ranges }: all tiles of the view, the
 // middle one last, those that are not complete with their points alone; `ranges(most)` those of the points of the view.
 export function offer(now) {
-  let again = null; // { save, link }: saves a picture as the last one, if the view is still that of the link
+  let again = null; // saves a picture as the last one
   let waiting = null; // the same, when all tiles are there
   const said = (error) => {
     byId("copied").textContent = error.message;
@@ -129,12 +131,15 @@ export function offer(now) {
         said(error);
       }
     });
-  on("copy-link", () => copy(location.href, "The link was"));
+  const place = ["localhost", "127.0.0.1", "[::1]"].includes(location.hostname)
+    ? ", to the service of this machine,"
+    : "";
+  on("copy-link", () => copy(location.href, `The link${place} was`));
   on("copy-frame", () => {
     const link = `${location.href}${location.hash ? "&" : "#"}embed=sliders,legend,point`.replaceAll("&", "&amp;");
     const style = "width: 100%; height: 520px; border: 0";
     const lines = `<iframe src="${link}" style="${style}" title="A map of impacts"></iframe>`;
-    return copy(lines, "The lines for a page, as below, were", { isShown: true });
+    return copy(lines, `The lines for a page, as below${place}, were`, { isShown: true });
   });
   const limited = async ({ ranges }) => ranges((await (await send("v1")).json()).limits.pixels);
   on("copy-python", async (view) => copy(asPython(view.state, await limited(view), address), "Python was"));
@@ -142,7 +147,7 @@ export function offer(now) {
   const savePicture = (kind, blobOf) =>
     on(`save-${kind}`, async (view) => {
       await savedPicture(view);
-      again = { link: view.link, save: () => savedPicture(now()).catch(said) };
+      again = () => savedPicture(now()).catch(said);
       byId("save-later").hidden = !partOf(view.tiles).name;
 
       async function savedPicture(seen) {
@@ -157,20 +162,28 @@ export function offer(now) {
     if (!tiles.some(isThere)) throw new Error("No tile of this window is complete yet.");
     const part = partOf(tiles);
     save(`grazemap${part.name}.csv`, new Blob([asCsv(tiles, state)], { type: "text/csv" }));
-    byId("copied").textContent = part.text && `${part.text} The points of the others are “not computed”.`;
+    byId("copied").textContent = part.text
+      ? `${part.text} The points of the others are “not computed”.`
+      : "The table was saved.";
   });
   on("save-npz", async ({ tiles }) => {
     const tile = tiles.at(-1);
     if (!tile || !isThere(tile)) throw new Error("The tile in the middle is not complete yet.");
     save(`grazemap-${tile.id.slice(0, 12)}.npz`, new Blob([await mapOf(tile.id, tile.request)]));
+    byId("copied").textContent = "The tile in the middle was saved.";
   });
-  // To be called when all tiles of the view are there.
   return {
+    // To be called when all tiles of the view are there.
     complete: () => {
-      if (!waiting) return;
-      if (waiting.link === now().link) waiting.save();
-      else byId("copied").textContent = "Another view is shown: the picture was not saved again.";
+      waiting?.();
       waiting = null;
+    },
+    // To be called when another view is shown; returns what is to be said of a picture that is not saved then.
+    dropped: () => {
+      if (!waiting) return "";
+      waiting = null;
+      byId("copied").textContent = "";
+      return "Another view is shown: the picture was not saved again.";
     },
   };
 }

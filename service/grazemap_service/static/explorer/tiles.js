@@ -1,5 +1,6 @@
 // The tiles of a view: asks for what is missing, the nearest first, gives up what the view has left, and keeps what came.
-// Before the tiles come previews of fewer points: first one of the tile which contains 4 x 4 of them, then of each.
+// Before the tiles come maps of fewer points: first a preview of the tile which contains 4 x 4 of them, then one of each, a
+// preview unless values are shown, which previews do not have.
 import { compute, isAborted } from "./api.js";
 import { OPEN } from "./labels.js";
 import { POINTS, ancestor, bounds, isPart, range } from "./lattice.js";
@@ -10,6 +11,9 @@ const GLANCE_LEVELS = 4;
 const AT_ONCE = 4; // as browsers open six connections to a host
 const KEPT = 150;
 const PRIORITY = { preview: 8, nearest: 7, tile: 5 };
+
+// Whether a map that is wanted is a verified one of all points.
+const isFine = ({ preview, points }) => !preview && points === POINTS;
 
 export class Tiles {
   #decoder;
@@ -57,7 +61,7 @@ export class Tiles {
   // Tells what the view shows. Names tell the requests of one family of maps from those of others; no tile reaches beyond
   // the domains of the parameters.
   // While a slider moves, only what a glance shows is `hurried` to the plane.
-  show(family, requestOf, tiles, domains, { hurried = false } = {}) {
+  show(family, requestOf, tiles, domains, { hurried = false, hasValues = false } = {}) {
     const steps = [];
     const step = (tile, points, preview) => {
       const name = `${family} ${tile.ex} ${tile.ey} ${tile.i} ${tile.j} ${points} ${preview}`;
@@ -72,7 +76,7 @@ export class Tiles {
       .filter(({ ex, ey, i, j }) => isPart(bounds(i, ex), domains.x) && isPart(bounds(j, ey), domains.y))
       .forEach((tile) => step(tile, PREVIEW_POINTS, true));
     if (!hurried) {
-      unseen(PREVIEW_LEVELS).forEach((tile) => step(tile, PREVIEW_POINTS, true));
+      unseen(PREVIEW_LEVELS).forEach((tile) => step(tile, PREVIEW_POINTS, !hasValues));
       tiles.forEach((tile) => step(tile, POINTS, false));
     }
     this.#whole = [];
@@ -121,8 +125,8 @@ export class Tiles {
     const running = { abort };
     this.#running.set(name, running);
     const request = step.request();
-    const nearest = this.#wanted.find((other) => !other.preview && !this.#kept.has(other.name));
-    const priority = preview ? PRIORITY.preview : step === nearest ? PRIORITY.nearest : PRIORITY.tile;
+    const nearest = this.#wanted.find((other) => isFine(other) && !this.#kept.has(other.name));
+    const priority = preview ? PRIORITY.preview : step === nearest || !isFine(step) ? PRIORITY.nearest : PRIORITY.tile;
     try {
       const { id, data } = await compute("unfolding-maps", request, {
         npz: true,
@@ -186,15 +190,18 @@ export class Tiles {
 
   // The verified tiles of the view; of those that have not come, the points alone.
   ofView() {
-    const full = this.#wanted.filter(({ preview }) => !preview);
-    return full.map(({ name, points, x, y }) => this.#kept.get(name) ?? { points, x, y });
+    return this.#wanted.filter(isFine).map(({ name, points, x, y }) => this.#kept.get(name) ?? { points, x, y });
   }
 
-  // How many of the view's verified tiles are there, of how many; and what an unfinished job waits for.
+  // How many maps of the view are there, of how many that are wanted, the same of its verified tiles, and what an unfinished
+  // job waits for.
   progress() {
-    const full = this.#wanted.filter(({ preview }) => !preview);
+    const full = this.#wanted.filter(isFine);
+    const isThere = ({ name }) => this.#kept.has(name);
     return {
-      done: full.filter(({ name }) => this.#kept.has(name)).length,
+      there: this.#wanted.filter(isThere).length,
+      wanted: this.#wanted.length,
+      done: full.filter(isThere).length,
       total: full.length,
       failed: full.filter(({ name }) => this.#failed.has(name)).length,
       waitingFor: [...this.#running.values()].map(({ job }) => job?.waiting_for).find(Boolean),

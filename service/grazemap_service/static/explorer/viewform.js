@@ -4,6 +4,7 @@ import { LAYERS, hasLayer } from "./layers.js";
 import { STARTS } from "./starts.js";
 import { UNITS, isSI } from "./units.js";
 
+const ABSENT = { right: "left", left: "right" }; // the stop that a machine with one stop does not have
 const option = (value, text, title = "") => element("option", { value, textContent: text, title });
 
 // `changed(part)` is called with what of the state was chosen.
@@ -35,6 +36,7 @@ export class ViewForm {
     for (const choice of byId("layer").options) {
       const layer = LAYERS[choice.value];
       choice.disabled = !hasLayer(state.policy, layer);
+      choice.hidden = choice.value.endsWith(`_${ABSENT[state.machine.stops]}`);
       choice.textContent = choice.disabled ? `${layer.text} (of ${STARTS[layer.policy].text})` : layer.text;
     }
     byId("policy").value = state.policy;

@@ -11,10 +11,10 @@ const midSentence = (text) => (text.startsWith("Lyapunov") ? text : text.toLower
 /** @param {any} known  @param {State} state */
 function described({ label, verified, sensitive, preview, reason, figures }, { policy, machine }) {
   const parts = [label];
-  if (verified) parts.push("verified");
-  else if (reason && !preview) parts.push(withoutRemedy(reason));
-  else if (sensitive) parts.push("sensitive to round-off");
   if (preview) parts.push("preview");
+  else if (verified) parts.push("verified");
+  else if (reason) parts.push(withoutRemedy(reason));
+  else if (sensitive) parts.push("sensitive to round-off");
   if (policy !== "rest") parts.push(STARTS[policy].phrase);
   for (const { layer, value } of figures)
     parts.push(`${midSentence(layer.text)} ${withUnit(machine, layer.quantity, value)}`);
