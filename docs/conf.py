@@ -11,6 +11,7 @@ myst_heading_anchors = 4
 myst_enable_extensions = ["colon_fence"]
 # examples leave out parts of requests as "..", which is no JSON
 suppress_warnings = ["misc.highlighting_failure"]
+smartquotes = False  # JSON in tables is to be copied
 html_theme = "furo"
 html_title = f"grazemap {__version__}"
 html_favicon = "../service/grazemap_service/static/icon.svg"

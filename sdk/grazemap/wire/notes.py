@@ -40,6 +40,8 @@ _STIFF, _FAST = 100.0, 10.0
 _STIFFER = 1000.0
 # Links damp high modes more than low ones: some do not oscillate in a machine whose lowest ratio is below this one.
 _STRONG = 0.4
+# What an oscillator in SI may leave out, as the paper's example has no units.
+_SELDOM_MEANT = ("masses", "stiffnesses", "forcing", "restitution")
 # The damping ratio for which a note says gamma.
 _EXAMPLE = 0.02
 
@@ -71,13 +73,23 @@ def unstated(request: ProcessRequest) -> list[Note]:
     oscillator = request.oscillator
     if oscillator.units != "SI":
         return [] if "units" in oscillator.model_fields_set else [*_units(request)]
-    if "restitution" in oscillator.model_fields_set:
-        return []
-    detail = (
-        f"restitution is not given, and its default {oscillator.restitution:g} is used: give the oscillator its "
-        "restitution, also where that is meant"
-    )
-    return [Note(code="default-restitution", detail=detail)]
+    used = {name: getattr(oscillator, name) for name in _SELDOM_MEANT if name not in oscillator.model_fields_set}
+    if oscillator.matrices is not None:
+        used = {name: value for name, value in used.items() if name == "restitution"}
+    elif oscillator.base is not None:
+        used.pop("forcing", None)
+    return [
+        Note(
+            code=f"default-{name}",
+            detail=f"{name} is not given, and its default {_said(value)} is used: give the oscillator its {name}, also "
+            "where that is meant",
+        )
+        for name, value in used.items()
+    ]
+
+
+def _said(value: float | list[float]) -> str:
+    return f"[{', '.join(f'{number:g}' for number in value)}]" if isinstance(value, list) else f"{value:g}"
 
 
 def _units(request: ProcessRequest) -> Iterator[Note]:

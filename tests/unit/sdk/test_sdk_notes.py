@@ -412,6 +412,24 @@ def test_the_default_restitution_is_noted_in_si_only():
     assert first.canonical() == second.canonical()
 
 
+def test_every_default_of_a_chain_in_si_is_noted_by_name():
+    bare = {"units": "SI", "damping": [1.0, 1.0, 1.0]}
+    oscillators = [
+        bare,
+        bare | {"restitution": 0.8, "masses": [2.0, 3.0], "stiffnesses": [9.0, 9.0], "damping": [1, 1]},
+    ]
+    oscillators.append(oscillators[-1] | {"base": {"amplitude": 0.01, "stops_move": True}})
+    noted = [
+        [note.code for note in unstated(parse_request("grazing-curves", {"oscillator": body, "omega": span(1.0, 2.0)}))]
+        for body in oscillators
+    ]
+    assert noted == [
+        [f"default-{name}" for name in ("masses", "stiffnesses", "forcing", "restitution")],
+        ["default-forcing"],
+        [],
+    ]
+
+
 @pytest.mark.parametrize("oscillator", [SI, Oscillator(**SI)])
 def test_a_client_warns_of_the_default_restitution_however_the_oscillator_is_given(client, oscillator):
     request = {"oscillator": oscillator, "omega": span(15.0, 25.0)}
