@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 from pydantic import (
     ConfigDict,
     Discriminator,
+    ModelWrapValidatorHandler,
     SerializerFunctionWrapHandler,
     Tag,
     ValidationError,
@@ -147,12 +148,18 @@ class Oscillator(Request):
         matrices: Any = {"mass": mass, "damping": damping, "stiffness": stiffness}
         return cls(matrices=matrices, **fields)
 
-    @model_validator(mode="before")
+    @model_validator(mode="wrap")
     @classmethod
-    def _forcing_has_a_default(cls, values: Any) -> Any:
+    def _forcing_has_a_default(cls, values: Any, validated: ModelWrapValidatorHandler[Self]) -> Self:
         """Write the forces of an oscillator for which they are left out, where that is allowed."""
         if not isinstance(values, dict) or "forcing" in values:
-            return values
+            return validated(values)
+        oscillator = validated(cls._with_forcing(values))
+        oscillator.model_fields_set.discard("forcing")
+        return oscillator
+
+    @staticmethod
+    def _with_forcing(values: dict[str, Any]) -> dict[str, Any]:
         moved = values.get("base") is not None
         of_mass = values.get("masses", [None] * 3)
         matrices = values.get("matrices")
