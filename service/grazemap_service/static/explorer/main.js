@@ -70,6 +70,7 @@ let hint = isPhone() ? "Tap a colour to see its machine move." : byId("reading")
 let rested = null; // where the pointer was last
 let isWatched = true; // the plane, and not a point that was opened, until the pointer moves again
 let foldsLegend = false; // whether the open point has folded the legend
+let foldsMachine = false; // and the machine
 let errorText = "";
 let linkText = ""; // what is wrong with the link, until the next move
 let notice = ""; // what is said for a while
@@ -129,7 +130,8 @@ const point = new PointPanel({
   hidden: () => {
     plane.reveal(null);
     if (foldsLegend) byId("legend-section").open = true;
-    foldsLegend = false;
+    if (foldsMachine) byId("machine-section").open = true;
+    foldsLegend = foldsMachine = false;
   },
   drawn: (made) => {
     ofPoint = made;
@@ -447,7 +449,9 @@ const around = (value, [low, high], [least, most]) => {
 function uncover() {
   const { px, py } = plane.place({ x: state.at[0], y: state.at[1] });
   const { left, right, top, bottom } = byId("left").getBoundingClientRect();
-  if (isWithin(px, [left, right]) && isWithin(py, [top, bottom])) byId("machine-section").open = false;
+  const isCovered = isWithin(px, [left, right]) && isWithin(py, [top, bottom]);
+  foldsMachine ||= isCovered && byId("machine-section").open;
+  if (isCovered) byId("machine-section").open = false;
 }
 
 // Whether a point is on the grazing curve, as far as that is there.
@@ -620,8 +624,8 @@ function live(seenTiles) {
     machine,
     at,
     colour: isFromRest ? colours.of(known.label).colour : palette.kinds.other,
-    text: isFromRest ? known.label : state.policy === "rest" ? "" : STARTS.rest.phrase,
-    words: isFromRest ? inWords(known.label, machine) : "",
+    text: known?.label ?? "",
+    words: isFromRest ? inWords(known.label, machine) : known ? `The machine moves as ${STARTS.rest.phrase}.` : "",
     period: known && periodOf(known.label),
     place: here,
     size: plane,
@@ -700,6 +704,7 @@ const taken = offer(() => {
     marks: plane.marksApart,
     image: plane.image(), // of that window
     legend: legend.inSight,
+    pending: curves.pending(),
     lookOf: (label) => colours.of(label),
     ranges: (most) => {
       if (isSweep(view.policy)) return { x: partsOf(address.endsOf(whole.x)), y: partsOf(address.endsOf(whole.y)) };

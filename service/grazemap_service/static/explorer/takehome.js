@@ -77,7 +77,7 @@ export function asCsv(tiles, { plane, x, y, machine, layer }) {
 }
 
 // What a picture says of itself below it.
-async function captionOf({ state, names, tiles, inUnits, link, open }) {
+async function captionOf({ state, names, tiles, inUnits, link, open, pending }) {
   const { version } = await (await send("v1")).json();
   const axis = (name, [low, high]) => `${name} ${toRead(low, high - low)} to ${toRead(high, high - low)}`;
   const { x, y } = inUnits(state);
@@ -89,6 +89,7 @@ async function captionOf({ state, names, tiles, inUnits, link, open }) {
   return [
     `${[axis(names.x, x), axis(names.y, y), ...fixed].join("; ")}.`,
     ...(open ? [`${open}.`] : []),
+    ...(pending.length ? [`Not there yet: ${pending.join(", ")}.`] : []),
     `${LAYERS[layer].text} ${STARTS[policy].phrase}, ${machine.periods} forcing periods watched. ${partOf(tiles).text}`,
     `grazemap ${version}${link.length > READABLE ? "" : `, ${link}`}`,
   ];
@@ -106,7 +107,7 @@ async function pictureOf(view) {
   return picture({ ...view, view: view.state, machine: view.state.machine, size: { width, height }, image, caption });
 }
 
-// `now()` is { state, link, tiles, lines, marks, at, open, names, image, legend, lookOf, ranges }: all tiles of the view, the
+// `now()` is { state, link, tiles, lines, marks, at, open, names, image, legend, pending, lookOf, ranges }: all tiles of the view, the
 // middle one last, those that are not complete with their points alone; `ranges(most)` those of the points of the view.
 export function offer(now) {
   let again = null; // saves a picture as the last one
@@ -141,8 +142,11 @@ export function offer(now) {
     const lines = `<iframe src="${link}" style="${style}" title="A map of impacts"></iframe>`;
     return copy(lines, `The lines for a page, as below${place}, were`, { isShown: true });
   });
+  const withoutBorders = ({ state }) => (state.borders ? ", without the explained borders," : "");
   const limited = async ({ ranges }) => ranges((await (await send("v1")).json()).limits.pixels);
-  on("copy-python", async (view) => copy(asPython(view.state, await limited(view), address), "Python was"));
+  on("copy-python", async (view) =>
+    copy(asPython(view.state, await limited(view), address), `Python${withoutBorders(view)} was`),
+  );
   on("copy-curl", async (view) => copy(asCurl(view.state, await limited(view), address), "The command was"));
   const savePicture = (kind, blobOf) =>
     on(`save-${kind}`, async (view) => {
