@@ -9,7 +9,7 @@ const APART = 60; // milliseconds between two questions
 const KEPT = 60; // answers
 const GAP = 18; // pixels from the pointer
 const EDGE = 4; // pixels from the edges of the plane
-const OVER_PLANE = "header, aside, footer, #tools, #story, #place, #story-tag"; // what floats over the figure
+const OVER_PLANE = "header, aside > .card, footer, #tools, #story, #place, #story-tag"; // what floats over the figure
 const SHOWN = { periods: 8, samples: 32 };
 
 export class Living {
