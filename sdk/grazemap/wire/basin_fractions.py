@@ -7,7 +7,6 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from grazemap.wire.base import Float, Kind, Listable, Request, invalid
-from grazemap.wire.basins import INSIDE_STOPS
 from grazemap.wire.planes import OneParameterRequest
 from grazemap.wire.process import Operation
 from grazemap.wire.states import MaxPeriod, MaxPeriods, Seed
@@ -84,5 +83,6 @@ class BasinFractionsRequest(OneParameterRequest):
         terms = zip(self.oscillator.contact_row, self.displacement, strict=True)
         ends = [sorted((h * interval.start, h * interval.stop)) for h, interval in terms]
         if not (sum(low for low, _ in ends) < right and -left < sum(high for _, high in ends)):
-            raise invalid("displacement places the contact on a stop or beyond it", INSIDE_STOPS, "displacement")
+            allowed = "-clearance < contact coordinate < clearance, of the left and the right stop"
+            raise invalid("displacement places the contact on a stop or beyond it", allowed, "displacement")
         return self

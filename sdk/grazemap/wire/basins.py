@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
@@ -14,9 +15,6 @@ from grazemap.wire.planes import AXES, ends_of
 from grazemap.wire.process import Operation, PointRequest
 from grazemap.wire.states import InitialState, MaxPeriod, MaxPeriods
 from grazemap.wire.structure import as_pair
-
-INSIDE_STOPS = "-clearance < contact coordinate < clearance, of the left and the right stop"
-
 
 _QUANTITIES = tuple(COORDINATE_UNITS)
 _COORDINATE = re.compile(rf"({'|'.join(_QUANTITIES)})\[([1-9][0-9]*)\]")
@@ -158,8 +156,11 @@ class BasinsRequest(PointRequest):
                 moving.append(name)
         if -left < lowest and highest < right:
             return
+        ends = [f"{-left:g} <"] * math.isfinite(left) + ["contact coordinate"] + [f"< {right:g}"] * math.isfinite(right)
+        allowed = f"{' '.join(ends)}, between the stops"
         if not moving:
-            detail = "initial.displacement places the contact on a stop or beyond it"
-            raise invalid(detail, INSIDE_STOPS, "initial", "displacement")
-        detail = f"{' and '.join(f'{name}.values' for name in moving)} place the contact on a stop or beyond it"
-        raise invalid(detail, INSIDE_STOPS, moving[-1], "values")
+            detail = f"initial.displacement places the contact at {place:g}, on a stop or beyond it"
+            raise invalid(detail, allowed, "initial", "displacement")
+        fields = " and ".join(f"{name}.values" for name in moving)
+        detail = f"{fields} place the contact at {lowest:g} to {highest:g}, on a stop or beyond it"
+        raise invalid(detail, allowed, moving[-1], "values")
