@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import itertools
 from collections.abc import Iterator
 from typing import Any
 
@@ -96,6 +97,40 @@ def test_a_name_beside_its_texts_covers_none_of_them(page: Page) -> None:
         half = width * len(text["text"]) / 2
         assert text["x"] - half >= 59
         assert text["x"] + half <= name["x"] - width * len(name["text"])
+
+
+CHART = """async ([x, y, names, size]) => {
+    const { chart } = await import("/charts.js");
+    const svg = chart({ title: "", x, y, names, ...(size && { size }) });
+    svg.style.cssText = `font: 11px system-ui, sans-serif; width: ${svg.viewBox.baseVal.width}px; display: block`;
+    document.body.style.margin = 0;
+    document.body.replaceChildren(svg);
+    const { width, height } = svg.getBoundingClientRect();
+    const boxes = [...svg.querySelectorAll("text")].map((text) => {
+        const { left, right, top, bottom } = text.getBoundingClientRect();
+        const isBelow = text.getAttribute("text-anchor") === "middle";
+        return { text: text.textContent, left, right, top, bottom, isBelow };
+    });
+    return { width, height, boxes };
+}"""
+HALF, LOW = {"width": 160, "height": 132}, {"width": 320, "height": 110}
+
+
+@pytest.mark.parametrize("size", [HALF, LOW, None])
+@pytest.mark.parametrize("ends", [[-0.0052, 0.0018], [-1.7e-4, 4.7e-4], [-2, 2], [0.1234567, 0.1234569], [-0.05, 1.06]])
+def test_texts_of_a_chart_fit_and_do_not_meet(page: Page, ends: list[float], size: dict[str, int] | None) -> None:
+    names = {"x": "displacement of mass 1 (mm)", "y": "displacement (mm)"}
+    answer = page.evaluate(CHART, [ends, ends, names, size])
+    for box in answer["boxes"]:
+        assert box["left"] >= -0.6, box
+        assert box["right"] <= answer["width"] + 0.6, box
+        assert box["top"] >= -0.6, box
+        assert box["bottom"] <= answer["height"] + 0.6, box
+    below = [box for box in answer["boxes"][2:] if box["isBelow"]]
+    beside = [box for box in answer["boxes"][2:] if not box["isBelow"]]
+    assert min(len(below), len(beside)) >= 2
+    assert all(left["right"] + 2 < right["left"] for left, right in itertools.pairwise(below))
+    assert all(upper["bottom"] - 3 < lower["top"] for upper, lower in itertools.pairwise(beside[::-1]))
 
 
 @pytest.mark.parametrize(

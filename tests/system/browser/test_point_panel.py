@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import itertools
+import json
 import re
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import parse_qs, unquote, urlsplit
 
 import numpy as np
 import pytest
@@ -25,11 +26,14 @@ from tests.support.explorer_page import (
     window,
 )
 from tests.support.watched_page import Watched
+from tools.guide.pages import DOCS
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
 
 FIRST_POINT = (0.27, 1.5)  # of 1-2r-2l
 SECOND_POINT = (0.29, 1.75)  # of 1-1r-1l
+FREE = "1-(-1)r-(-1)l"
+SEVERAL = f"{FIRST}&at=0.29205,2.0029"  # where 3-1r-1l, from rest, and the motion without impacts exist
 QUESTIONS = ("Follow the branch", "Bifurcation curves of this motion")
 
 
@@ -224,8 +228,15 @@ def test_the_motion_that_just_touches_is_shown_on_the_grazing_curve(small: Watch
     page = show(small, url, f"{USUAL}&at={curve['omega'][0]},{curve['clearance'][0]}", wait=False)
     button = page.get_by_role("button", name="Show the motion that just touches")
     expect(button).to_be_visible(timeout=WAIT)
+    name = page.locator("#point-name")
+    expect(page.locator("#point-figures dt").first).to_be_visible(timeout=WAIT)
+    from_rest = name.inner_text()
+    assert from_rest != FREE
     button.click()
-    expect(page.locator("#point-words")).to_contain_text("speed zero", timeout=WAIT)
+    expect(name).to_have_text(FREE, timeout=WAIT)
+    expect(page.locator("#point-why")).to_contain_text("speed zero")
+    expect(page.locator("#point-figures dd")).to_have_count(1, timeout=WAIT)  # those of an orbit with impacts are gone
+    expect(page.locator("#multipliers svg")).to_have_count(0)
     assert page.locator("#history .impact").count() == 0
     # the amplitude is the clearance: the motion fills the chart from stop to stop
     bars, path = page.locator("#history .stop"), page.locator("#history path.motion")
@@ -240,6 +251,131 @@ def test_the_motion_that_just_touches_is_shown_on_the_grazing_curve(small: Watch
     still = canvas.evaluate(pixels)
     page.wait_for_timeout(300)
     assert canvas.evaluate(pixels) == still
+    # and there is a way back
+    page.get_by_role("button", name="from rest").click()
+    expect(name).to_have_text(from_rest, timeout=WAIT)
+    expect(button).to_be_visible()
     page.mouse.click(*place(page, 0.28, 1.7))
     expect(page.locator("#point-name")).to_have_text("1-1r-1l", timeout=WAIT)
     expect(button).to_be_hidden()
+
+
+def test_nothing_of_a_motion_stands_below_the_title_of_another_that_is_computed(watched: Watched, url: str) -> None:
+    page = show(watched, url, USUAL, wait=False)
+    open_point(page, FIRST_POINT, "1-2r-2l")
+    expect(page.locator("#point-figures dt").first).to_be_visible(timeout=WAIT)
+    held: list[Route] = []
+    page.route("**/v1/trajectories", lambda route: held.append(route))  # the orbit's own answer comes
+    with page.expect_response("**/v1/periodic-orbits"):
+        page.mouse.click(*place(page, *SECOND_POINT))
+    page.wait_for_timeout(300)
+    expect(page.locator("#point-figures dt")).to_have_count(0)
+    for part in ("#stage", "#history", "#portrait", "#multipliers svg"):
+        assert page.locator(part).count() == 0 or page.locator(part).is_hidden()
+    asked = page.locator("#point-section button[id^=ask]:visible")
+    assert asked.count() >= 4
+    assert all(button.is_disabled() for button in asked.all())
+    for route in held:
+        route.continue_()
+    page.unroute_all()
+    expect(page.locator("#point-name")).to_have_text("1-1r-1l", timeout=WAIT)
+    expect(page.locator("#stage")).to_be_visible()
+    expect(page.locator("#ask-others")).to_be_enabled()
+
+
+def test_a_question_that_cannot_be_asked_says_why(small: Watched, url: str) -> None:
+    page = show(small, url, f"{USUAL}&at=0.27,1.95", wait=False)
+    expect(page.locator("#point-figures dt").first).to_be_visible(timeout=WAIT)
+    for question in QUESTIONS:
+        button = page.get_by_role("button", name=question)
+        expect(button).to_be_disabled()
+        expect(button).to_have_accessible_description(re.compile("periodic orbit"))
+    expect(page.locator("#ask-needs")).to_be_visible()
+    page.mouse.click(*place(page, *FIRST_POINT))
+    expect(page.get_by_role("button", name=QUESTIONS[0])).to_be_enabled(timeout=WAIT)
+    expect(page.locator("#ask-needs")).to_be_hidden()
+
+
+def test_one_goes_from_motion_to_motion_in_their_list_and_in_the_basins(watched: Watched, url: str) -> None:
+    page = show(watched, url, SEVERAL, wait=False)
+    name = page.locator("#point-name")
+    expect(name).to_have_text("3-1r-1l", timeout=WAIT)
+    page.get_by_role("button", name="Other motions").click()
+    buttons = {label: page.get_by_role("button", name=f"Show {label}") for label in ("3-1r-1l", FREE)}
+    for label in (FREE, "3-1r-1l", FREE):
+        buttons[label].click(timeout=WAIT)
+        expect(name).to_have_text(label, timeout=WAIT)
+        for other, button in buttons.items():
+            expect(button).to_have_attribute("aria-pressed", str(other == label).lower())
+        expect(page.locator("#animation")).to_be_in_viewport()  # what was asked for
+    page.get_by_role("button", name="from rest").click()
+    expect(name).to_have_text("3-1r-1l", timeout=WAIT)
+    assert "initial" not in watched.posted("periodic-orbits")[-1]
+    page.get_by_role("button", name="Basins").click()
+    picture = page.locator("#basins image")
+    expect(picture).to_be_visible(timeout=WAIT)
+    picture.scroll_into_view_if_needed()
+    box = picture.bounding_box()
+    assert box is not None
+    page.mouse.click(box["x"] + 0.7 * box["width"], box["y"] + 0.2 * box["height"])
+    expect(page.locator("#point-why")).to_contain_text("displacement", timeout=WAIT)
+    pressed = watched.posted("basins")[-1]
+    (start,) = {json.dumps(body["initial"]) for body in watched.posted("periodic-orbits")[-1:]}
+    for quantity, along, share in (("displacement", "horizontal", 0.7), ("velocity", "vertical", 0.8)):
+        first, *others = json.loads(start)[quantity]
+        values = pressed[along]["values"]
+        step = (values["stop"] - values["start"]) / (values["points"] - 1)
+        assert first == pytest.approx(values["start"] + share * values["points"] * step, abs=1.5 * step)
+        assert others == pytest.approx([0, 0], abs=1e-12)
+    said = page.locator("#basins [role=status]")
+    label = said.inner_text().rpartition(": ")[2]
+    expect(name).to_have_text(label, timeout=WAIT)
+    expect(picture).to_be_attached()
+    assert {label for label, button in buttons.items() if button.get_attribute("aria-pressed") == "true"} == {label}
+    # and by keys
+    page.locator("#basins svg").focus()
+    page.keyboard.press("ArrowUp")
+    page.keyboard.press("ArrowUp")
+    elsewhere = said.inner_text()
+    page.keyboard.press("Enter")
+    place_, _, label = elsewhere.rpartition(": ")
+    expect(page.locator("#point-why")).to_contain_text(place_, timeout=WAIT)
+    expect(name).to_have_text(label)
+
+
+def test_an_answer_is_in_sight_below_its_question(browser: Browser, url: str) -> None:
+    context = browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+    page = show(Watched(context.new_page()), url, f"{USUAL}&at=0.27,1.5", wait=False)
+    expect(page.locator("#multipliers svg")).to_be_visible(timeout=WAIT)
+    for question, answer in (("others", "li"), ("branch", "svg"), ("basins", "svg")):
+        button = page.locator(f"#ask-{question}")
+        button.tap()
+        first = page.locator(f"#{question} {answer}").first
+        expect(first).to_be_visible(timeout=WAIT)
+        expect(button).to_be_in_viewport(ratio=1)
+        expect(first).to_be_in_viewport()
+    # a thumb meets one button at a time
+    boxes = [box for box in (page.locator(name).bounding_box() for name in ("#play", "#sound")) if box]
+    assert min(min(box["width"], box["height"]) for box in boxes) >= 40
+    assert boxes[1]["x"] - (boxes[0]["x"] + boxes[0]["width"]) >= 8
+    context.close()
+
+
+def test_words_of_the_field_lead_to_the_glossary(small: Watched, url: str) -> None:
+    page = show(small, url, f"{FIRST}&at=0.30926,2.0627", wait=False)  # chaotic
+    expect(page.locator("#point-why a")).to_be_visible(timeout=WAIT)
+    links = page.locator("#point-section a.term").evaluate_all("(links) => links.map(({ href }) => href)")
+    page.goto(f"{url}/#{USUAL}&at=0.27,1.5")
+    expect(page.locator("#multipliers a")).to_be_visible(timeout=WAIT)
+    page.locator("#ask-branch").click()
+    expect(page.locator("#branch a")).to_be_visible(timeout=WAIT)
+    links += page.locator("#point-section a.term").evaluate_all("(links) => links.map(({ href }) => href)")
+    assert len(set(links)) >= 9
+    sections = re.split("^## ", (DOCS / "glossary.md").read_text(), flags=re.MULTILINE)
+    for link in set(links):
+        parts = urlsplit(link)
+        assert parts.path == "/guide/glossary.html"
+        heading, _, word = parts.fragment.partition(":~:text=")
+        (section,) = (text for text in sections if text.startswith(heading.replace("-", " ").capitalize()))
+        row = re.escape(unquote(word)).replace(",", r"(\]\([^)]*\))?,")
+        assert re.search(rf"^\| \[?{row}", section, re.MULTILINE), link

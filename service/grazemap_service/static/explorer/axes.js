@@ -3,6 +3,7 @@ import { drawing } from "./dom.js";
 import { axisName, ticks } from "./ticks.js";
 
 const TICK = 4; // pixels of a tick beyond the frame
+const BETWEEN = 5; // pixels between two texts of an axis
 const APART = 8; // pixels between a text and a name on its line
 
 // Lengths of values in a frame.
@@ -29,11 +30,14 @@ export function layout({ view, frame, clear = frame, names, suffix = "", places,
   const line = clear.bottom + gaps.x;
   const isBeside = places.x.y === line; // the name stands at the end of the line of the texts
   const end = isBeside ? places.x.x - lengthOf(name.x) - APART : Infinity;
+  let free = -Infinity; // where the text before ends
   const laid = { ticks: [], texts: [text(name.x, places.x), text(name.y, places.y, true)] };
   for (const { value, text: content } of across.marks) {
     const x = px(value);
-    const half = isBeside ? lengthOf(content) / 2 : 0;
-    if (x - half < clear.left - 1 || x + half > end) continue;
+    const half = lengthOf(content) / 2;
+    const reach = isBeside ? half : 0;
+    if (x - reach < clear.left - 1 || x + reach > end || x - half < free) continue;
+    free = x + half + BETWEEN;
     laid.ticks.push([x, clear.bottom, x, clear.bottom + TICK]);
     laid.texts.push(text(content, { x, y: line }));
   }
@@ -72,7 +76,7 @@ export function drawnAxes({ ticks: strokes, texts }, attributes = {}) {
     ...strokes.map(([x1, y1, x2, y2]) =>
       drawing("line", { x1: short(x1), y1: short(y1), x2: short(x2), y2: short(y2), class: "tick", stroke: "#000" }),
     ),
-    ...texts.map(({ text, x, y, anchor, turned }) =>
+    ...texts.map(({ text, x, y, anchor, turned, length }) =>
       drawing(
         "text",
         {
@@ -80,6 +84,7 @@ export function drawnAxes({ ticks: strokes, texts }, attributes = {}) {
           y: short(y),
           "text-anchor": anchor,
           "dominant-baseline": "central",
+          ...(length && { textLength: length, lengthAdjust: "spacingAndGlyphs" }),
           ...(turned && { transform: `rotate(-90 ${short(x)} ${short(y)})` }),
           ...attributes,
         },

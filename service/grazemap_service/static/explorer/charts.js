@@ -7,7 +7,6 @@ const SIZE = { width: 320, height: 200 };
 const MARGIN = { left: 62, right: 14, top: 8, bottom: 36 };
 const SMALL = { left: 44, right: 12, top: 6, bottom: 32 };
 const FONT = 11; // as in the style sheet
-const LETTER = 0.6; // of it, the width of a letter
 const GAP = 14; // beside the texts of an axis
 const SMALLEST_BAND = 4;
 const ROUND_OFF = 1e-9; // share of values below which their differences say nothing
@@ -24,6 +23,10 @@ export function extent(values, share = 0.05) {
   const margin = isFlat ? 0.5 * Math.abs(high) || 1 : share * (high - low);
   return [low - margin, high + margin];
 }
+
+const pen = new OffscreenCanvas(1, 1).getContext("2d");
+pen.font = `${FONT}px system-ui, sans-serif`; // as in the style sheet
+const lengthOf = (text) => pen.measureText(text).width;
 
 // `series` are { x, y, kind }, lines; `dots` { x, y, kind, text }; `bars` { x } or { y }, straight lines across the
 // chart. `kind` is the class that the style sheet knows. `image` is the address of a picture that fills the axes. With
@@ -42,8 +45,8 @@ export function chart({
 }) {
   const { width } = size;
   const usual = size === SIZE ? MARGIN : SMALL;
-  const longest = (ends, count) => LETTER * FONT * Math.max(...ticks(ends, count).marks.map(({ text }) => text.length));
-  const most = { x: width / 64, y: Math.max(2, size.height / 40) };
+  const longest = (ends, count) => Math.max(...ticks(ends, count).marks.map(({ text }) => lengthOf(text)));
+  const most = { x: width / 64, y: size.height / 32 };
   const margin = { ...usual, left: Math.max(usual.left, FONT + GAP + longest(y, most.y)) };
   most.x = Math.min(most.x, (width - margin.left - margin.right) / (longest(x, most.x) + GAP));
   const height = equal ? width - margin.left - margin.right + margin.top + margin.bottom : size.height;
@@ -66,11 +69,17 @@ export function chart({
     gaps: { x: 12, y: 6 },
     most,
     font: FONT,
+    measure: lengthOf,
   });
+  // names and numbers stay inside, narrower where they are too long
+  for (const text of axes.texts.filter(({ anchor }) => anchor === "middle")) {
+    const [along, room] = text.turned ? ["y", height] : ["x", width];
+    text.length = Math.min(lengthOf(text.text), room);
+    text[along] = Math.min(Math.max(text[along], text.length / 2), room - text.length / 2);
+  }
   return drawing(
     "svg",
     { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": title, class: "chart" },
-    drawing("title", {}, title),
     ...(image ? [drawing("image", { ...frame, href: image, preserveAspectRatio: "none" })] : []),
     drawing("rect", { ...frame, class: "frame" }),
     ...bars.map((bar) =>
@@ -88,6 +97,40 @@ export function chart({
     ),
     ...drawnAxes(axes),
   );
+}
+
+const STEPS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowDown: [0, -1], ArrowUp: [0, 1] };
+
+// Lets a point of the picture in a chart be pressed, or be found with arrow keys and taken with Enter; calls `moved` and
+// `chosen` with its column, from the left, and its row, from below.
+export function onPick(svg, columns, rows, { moved, chosen }) {
+  const frame = svg.querySelector(".frame");
+  const [left, top, width, height] = ["x", "y", "width", "height"].map((name) => Number(frame.getAttribute(name)));
+  const mark = drawing("path", { class: "mark" });
+  svg.append(mark);
+  let at = [columns >> 1, rows >> 1];
+  const go = (...to) => {
+    at = to.map((place, k) => Math.min((k ? rows : columns) - 1, Math.max(0, Math.floor(place))));
+    const x = left + ((at[0] + 0.5) / columns) * width;
+    const y = top + height - ((at[1] + 0.5) / rows) * height;
+    mark.setAttribute("d", `M${x} ${top}v${height}M${left} ${y}h${width}`);
+    moved(...at);
+  };
+  svg.setAttribute("tabindex", "0");
+  svg.setAttribute("role", "application");
+  svg.querySelector("image").addEventListener("click", ({ clientX, clientY }) => {
+    const box = frame.getBoundingClientRect();
+    go(((clientX - box.left) / box.width) * columns, ((box.bottom - clientY) / box.height) * rows);
+    chosen(...at);
+  });
+  svg.addEventListener("keydown", (event) => {
+    const step = STEPS[event.key];
+    if (!step && event.key !== "Enter") return null;
+    event.preventDefault();
+    if (!step) return chosen(...at);
+    svg.scrollIntoView({ block: "nearest" });
+    return go(...at.map((place, k) => place + step[k]));
+  });
 }
 
 // Calls `chosen` with the two values of x between which one drags over a chart, the smaller first.
@@ -138,7 +181,7 @@ export function circle(multipliers, size) {
     x: [-reach, reach],
     y: [-reach, reach],
     equal: true,
-    names: { x: "multipliers, real", y: "imaginary" },
+    names: { x: "real part", y: "imaginary part" },
     series: [{ x: angles.map(Math.cos), y: angles.map(Math.sin), kind: "circle" }],
     dots: multipliers.map(([re, im]) => ({
       x: re,

@@ -25,6 +25,15 @@ export function swatch(colour, image = "none") {
   return square;
 }
 
+// A word that leads to the glossary of the guide, where it stands under a heading.
+export const term = (textContent, heading = "periodic-orbits") =>
+  element("a", {
+    className: "term",
+    target: "_blank",
+    href: `guide/glossary.html#${heading}:~:text=${encodeURIComponent(textContent)}`,
+    textContent,
+  });
+
 const POINT = /^[+-]?\d+,\d+$/; // a number with a comma in place of the point
 
 // What is wrong with a text that is no number.

@@ -1,23 +1,29 @@
 // What can be asked about the motion of an open point: its basins of attraction, its branch and its bifurcation curves.
-import { chart, extent } from "./charts.js";
-import { linesOf } from "./curves.js";
-import { byId, element, swatch } from "./dom.js";
+import { chart, extent, onPick } from "./charts.js";
+import { MEANINGS, NAMES, linesOf } from "./curves.js";
+import { byId, element, swatch, term } from "./dom.js";
 import { numbered } from "./labels.js";
 import { percent } from "./layers.js";
 import { parameter, within } from "./parameters.js";
 import * as requests from "./requests.js";
 import { toRead } from "./ticks.js";
-import { named, shown, unitOf } from "./units.js";
+import { named, shown, unitOf, withUnit } from "./units.js";
 
 const BASIN_POINTS = 96;
 
 export async function showBasins(panel) {
-  const basins = await panel.compute("basins", requests.basins(panel.machine, panel.at, BASIN_POINTS));
+  const { machine, at } = panel;
+  const ofRest = requests.trajectory(machine, at, { transient: 0, periods: 1, samples: 1 });
+  const [basins, rest] = await Promise.all([
+    panel.compute("basins", requests.basins(machine, at, BASIN_POINTS), panel.ofPoint),
+    panel.compute("trajectories", ofRest, panel.ofPoint),
+  ]);
   const { label, attractors, horizontal, vertical } = basins;
   const rows = label.length;
   const columns = label[0].length;
   const canvas = element("canvas", { width: columns, height: rows });
-  const names = numbered(attractors.map((attractor) => attractor.label ?? attractor.kind));
+  const labelOf = (attractor) => attractor.label ?? attractor.kind;
+  const names = numbered(attractors.map(labelOf));
   const looks = panel.colours.beside([...names, "unresolved"]);
   const pen = canvas.getContext("2d");
   const image = pen.createImageData(columns, rows);
@@ -32,19 +38,43 @@ export async function showBasins(panel) {
     const half = (values[1] - values[0]) / 2;
     return [values[0] - half, values[values.length - 1] + half];
   };
+  const drawn = chart({
+    title: "Basins of attraction over initial displacement and velocity of mass 1",
+    x: shown(machine, "length", edges(horizontal)),
+    y: edges(vertical),
+    names: {
+      x: named("displacement of mass 1", machine, "length"),
+      y: named("velocity of mass 1", machine, "velocity"),
+    },
+    image: canvas.toDataURL(),
+    equal: true,
+  });
+  drawn.setAttribute("aria-describedby", "basins-say");
+  const said = element("p", { role: "status" });
+  const isOne = names.length === 1 && label.every((row) => !row.includes(-1));
+  const place = (column, row) =>
+    `displacement ${withUnit(machine, "length", horizontal[column])}, velocity ${withUnit(machine, "velocity", vertical[row])}`;
+  onPick(drawn, columns, rows, {
+    moved: (column, row) => (said.textContent = `${place(column, row)}: ${names[label[row][column]] ?? "unresolved"}`),
+    chosen: (column, row) => {
+      const displacement = rest.displacement.map(([value], mass) => (mass ? value : horizontal[column]));
+      panel.choose({
+        start: { displacement, velocity: displacement.map((_, mass) => (mass ? 0 : vertical[row])) },
+        label: labelOf(attractors[label[row][column]] ?? {}),
+        note: `From ${place(column, row)} of mass 1, any other masses at rest.`,
+      });
+    },
+  });
+  const text =
+    "Each point is a start: mass 1 with this displacement and velocity, any other masses at rest. Its colour is the " +
+    "motion that follows. Press it, or go there with arrow keys and Enter, to see that motion. " +
+    (isOne
+      ? "All starts of this picture lead to the same motion."
+      : "The shares count these starts, those of other motions random ones of all masses.");
   byId("basins").replaceChildren(
-    chart({
-      title: "Basins of attraction over initial displacement and velocity of mass 1",
-      x: shown(panel.machine, "length", edges(horizontal)),
-      y: edges(vertical),
-      names: {
-        x: named("displacement of mass 1", panel.machine, "length"),
-        y: named("velocity of mass 1", panel.machine, "velocity"),
-      },
-      image: canvas.toDataURL(),
-      equal: true,
-    }),
-    element("p", { textContent: "The motions that follow from these initial states; the other masses start at rest." }),
+    drawn,
+    said,
+    element("p", { id: "basins-say" }, text),
     element(
       "ul",
       {},
@@ -57,7 +87,7 @@ export async function showBasins(panel) {
 }
 
 export async function showBranch(panel) {
-  const { machine, at, state } = panel;
+  const { watched: machine, at, state } = panel;
   const [x, y] = state.at;
   const [low, high] = state.y;
   const { name, text, quantity, factor, domain } = parameter(state.plane.vertical, machine);
@@ -89,10 +119,9 @@ export async function showBranch(panel) {
         x: read(point.parameter),
         y: Math.abs(point.velocities[0] ?? 0),
         kind: point.type,
-        text: `${point.type} at ${toRead(read(point.parameter))}`,
       })),
     }),
-    element("p", { textContent: "Dashed: unstable or not admissible." }),
+    element("p", {}, "Dashed: unstable or not ", term("admissible"), "."),
     element(
       "ul",
       {},
@@ -103,6 +132,9 @@ export async function showBranch(panel) {
             (point.admissible ? "" : " (not admissible)"),
         }),
       ),
+    ),
+    ...[...new Set(branch.special_points.map(({ type }) => type))].map((type) =>
+      element("small", { textContent: `${type}: ${NAMES[type]}; ${MEANINGS[type]}. ` }),
     ),
   );
   const ends = extent(values, 0);

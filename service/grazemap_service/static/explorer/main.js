@@ -468,7 +468,12 @@ function openPanel() {
   plane.reveal(isPhone() ? { x, y } : null, innerHeight * SEEN_ON_PHONE);
   const here = state.policy === "rest" ? null : reading(seen(), x, y);
   const start = here && `On the map, ${STARTS[state.policy].phrase}: ${here.label}. Below is the motion from rest.`;
-  const note = plane.markText({ x, y }) ?? (touches(state.at) ? NEAR_GRAZE : null);
+  const marked = plane.markText({ x, y });
+  const note = marked
+    ? `${marked} Below is the motion from rest exactly there.`
+    : touches(state.at)
+      ? NEAR_GRAZE
+      : null;
   point.show({ ...state, note: [start, note].filter(Boolean).join(" ") });
 }
 
@@ -536,7 +541,7 @@ function show() {
   };
   plane.draw();
   byId("home").hidden = isAtHome();
-  byId("ask-graze").hidden = !state.at || !touches(state.at);
+  point.offer(Boolean(state.at) && touches(state.at));
   viewForm.show(state);
   windowForm.show(state);
   pointForm.show(state);

@@ -7,7 +7,7 @@ import * as requests from "./requests.js";
 
 const STATES = 64;
 const FAST = 2; // times the frequency and the clearance, the largest velocity of a start
-const LONGER = 10; // times as many forcing periods
+export const LONGER = 10; // times as many forcing periods
 
 // The motions to which random states lead, [{ label, share }], the largest share first, and the share that none is
 // named for; of an answer about basin fractions, at its first value.
@@ -33,38 +33,55 @@ async function startsByName(panel) {
   const { machine, at } = panel;
   const starts = startsOf(STATES, sizeOf(machine), FAST * at[0] * at[1]);
   const settled = { transient: machine.periods, periods: 1, samples: 1, initial: starts };
-  const { trajectories } = await panel.compute("trajectories", requests.trajectory(machine, at, settled));
+  const { trajectories } = await panel.compute(
+    "trajectories",
+    requests.trajectory(machine, at, settled),
+    panel.ofPoint,
+  );
   const named = trajectories.map(({ motion }, k) => [motion.label, starts[k]]).filter(([label]) => label);
   return new Map(named.reverse());
 }
 
 export async function showOthers(panel) {
-  const answer = await panel.compute("basin-fractions", requests.fractions(panel.machine, panel.at, STATES));
+  const answer = await panel.compute(
+    "basin-fractions",
+    requests.fractions(panel.machine, panel.at, STATES),
+    panel.ofPoint,
+  );
   const { motions, unresolved } = motionsOf(answer);
   const looks = panel.colours.beside(motions.map(({ label }) => label));
-  const settled = Math.round(STATES * (1 - unresolved));
-  const text = !motions.length
-    ? `None of ${STATES} random states has settled to a motion.`
-    : motions.length > 1
-      ? `${motions.length} motions exist side by side here. Of ${STATES} random states so many settle to each:`
-      : `All ${settled < STATES ? `${settled} of ${STATES} random states that settle` : `${STATES} random states`} lead to one motion.`;
+  const fromRest = panel.labelFromRest;
   const items = motions.map(({ label, share }) => {
     const { colour, image } = looks.get(label);
-    return { label, item: element("li", {}, swatch(colour, image), `${label}: ${percent(share)} `) };
+    const text = `${label}: ${percent(share)}${label === fromRest ? ", from rest " : " "}`;
+    return { label, item: element("li", {}, swatch(colour, image), text) };
   });
   const open = unresolved ? [element("li", { textContent: `not decided: ${percent(unresolved)}` })] : [];
   const list = element("ul", {}, ...items.map(({ item }) => item), ...open);
-  byId("others").replaceChildren(element("p", { textContent: text }), list);
-  if (motions.length < 2) return;
-  const starts = await startsByName(panel);
+  const says = `Of ${STATES} random starts, in which every mass is displaced and moves, so many lead to each motion:`;
+  byId("others").replaceChildren(element("p", {}, says), list);
+  if (motions.length === 1 && motions[0].label === fromRest) return;
+  const starts = (await startsByName(panel)).set(fromRest, null);
   for (const { label, item } of items) {
     if (!starts.has(label)) continue;
-    const button = element("button", { type: "button", textContent: "Show", "aria-label": `Show ${label}` });
-    button.addEventListener("click", () => panel.show({ ...panel.state, note: OF_START }, starts.get(label)));
+    const button = element("button", {
+      type: "button",
+      value: label,
+      textContent: "Show",
+      "aria-label": `Show ${label}`,
+    });
+    button.addEventListener("click", () => panel.choose({ start: starts.get(label), note: OF_START }));
     item.append(button);
   }
+  mark(panel.label);
 }
-const OF_START = "From one of the random starts, which may lead to another motion than rest does.";
+const OF_START = "From one of the random starts.";
+
+// Marks the motion that is shown in the list of motions.
+export function mark(label) {
+  for (const button of byId("others").querySelectorAll("button"))
+    button.setAttribute("aria-pressed", button.value === label);
+}
 
 // Reasons of the service that a person may not know the words of, by a part of them.
 export const PLAIN = {
@@ -90,15 +107,6 @@ export function explain({ reason, remedy }, periods) {
   byId("unresolved").hidden = !reason;
   if (!reason) return;
   byId("unresolved-why").textContent = `After ${periods} forcing periods no motion can be named: ${plain(reason)}.`;
-  byId("unresolved-words").textContent = `In the service’s words: ${reason}${remedy && `; what may help: ${remedy}`}`;
+  byId("unresolved-words").textContent = `${reason}${remedy && `; what may help: ${remedy}`}`;
   byId("ask-longer").textContent = `Watch ${LONGER * periods} forcing periods here`;
-}
-
-export async function showLonger(panel) {
-  const { machine } = panel;
-  const longer = { ...machine, periods: LONGER * machine.periods };
-  const verdict = verdictOf(await panel.compute("unfolding-maps", requests.pointMap(longer, panel.at)));
-  byId("unresolved-longer").textContent = verdict.reason
-    ? `After ${longer.periods} forcing periods it is not decided either.`
-    : `After ${longer.periods} forcing periods it is ${verdict.label}.`;
 }

@@ -3,9 +3,9 @@ import { compute, isAborted } from "./api.js";
 import { Animation } from "./animation.js";
 import { chart, circle, extent } from "./charts.js";
 import { stopsOf, withImpacts } from "./contact.js";
-import { byId, element, swatch } from "./dom.js";
+import { byId, element, swatch, term } from "./dom.js";
 import { showBasins, showBranch, showCurves } from "./further.js";
-import { explain, showLonger, showOthers, verdictOf } from "./others.js";
+import { LONGER, explain, mark, showOthers, verdictOf } from "./others.js";
 import { USUAL, parameter, placeOf } from "./parameters.js";
 import { FREE, isFree } from "./labels.js";
 import { withoutRemedy } from "./layers.js";
@@ -16,9 +16,9 @@ import { knock } from "./sound.js";
 import { toRead } from "./ticks.js";
 import { named, shown, symbolOf, unitOf } from "./units.js";
 
-const COMPUTING = "Computing …";
 const AWAY = 100; // times a clearance, where no stop is reached
 const PERIODS_SHOWN = 12;
+const NEIGHBOURS = "neighbouring-motions"; // a heading of the glossary
 const HALF = { width: 160, height: 132 };
 const LOW = { width: 320, height: 110 };
 const least = (velocities) => (velocities.length ? Math.min(...velocities.map(Math.abs)) : null);
@@ -31,9 +31,12 @@ const multiplierText = ([real, imaginary]) =>
   imaginary ? `${toRead(Math.hypot(real, imaginary))}, the modulus of a complex pair` : toRead(real);
 
 export class PointPanel {
-  #abort = new AbortController();
+  ofPoint = new AbortController(); // what is asked of the point, whatever its motion is
+  #motion = new AbortController();
   #isLoud = false;
-  #working = new Set(); // what is asked for at the open point
+  #isOnGraze = false;
+  #isFromRest = true;
+  #working = []; // what is asked for at the open point
   #animation = new Animation(byId("animation"), { hit: (share) => this.#isLoud && knock(share) });
 
   // `colours` are those of motions; `drawn` is called with the { lines, marks } of the point in the plane, `closed` when
@@ -49,15 +52,33 @@ export class PointPanel {
     });
     byId("play").addEventListener("click", () => this.#toggle());
     const ask = (name, what, show, result) =>
-      byId(`ask-${name}`).addEventListener("click", async () => {
-        if (await this.#work(what, () => show(this))) byId(result).scrollIntoView({ block: "nearest" });
+      byId(`ask-${name}`).addEventListener("click", async ({ target }) => {
+        const answer = byId(result);
+        if (!(await this.#work(what, () => show(this)))) return;
+        byId("answers").prepend(answer); // the newest one, below the questions
+        // in sight, as far as the question stays there
+        for (const part of [answer, target]) part.scrollIntoView({ block: "nearest" });
       });
     ask("basins", "Basins", showBasins, "basins");
     ask("branch", "The branch", showBranch, "branch");
     ask("others", "The motions", showOthers, "others");
-    ask("longer", "The motion", showLonger, "unresolved-longer");
-    ask("graze", "The motion that just touches", () => this.#graze(), "stage");
     ask("curves", "The curves", showCurves, "own-curves");
+    byId("ask-graze").addEventListener("click", () =>
+      this.choose(
+        this.#isFromRest ? { label: FREE, note: "It just touches a stop, at speed zero.", isTouching: true } : {},
+      ),
+    );
+    byId("ask-longer").addEventListener("click", () => {
+      byId("point-name").focus(); // which says what has come of it
+      this.choose({ periods: LONGER * this.machine.periods });
+    });
+  }
+
+  // Offers the motion that just touches where the point is on the grazing curve, or the way back from another motion.
+  offer(isOnGraze = this.#isOnGraze) {
+    this.#isOnGraze = isOnGraze;
+    byId("ask-graze").hidden = this.#isFromRest && !this.#isOnGraze;
+    byId("ask-graze").textContent = `Show the motion ${this.#isFromRest ? "that just touches" : "from rest"}`;
   }
 
   clear() {
@@ -67,7 +88,8 @@ export class PointPanel {
 
   // Gives up what is being computed.
   stop() {
-    this.#abort.abort();
+    this.ofPoint.abort();
+    this.#motion.abort();
   }
 
   // Draws the machine again, as after a change of colours or of the size.
@@ -77,9 +99,15 @@ export class PointPanel {
 
   #leave() {
     this.stop();
-    this.#working = new Set();
-    this.#animation.stop();
+    this.#working = [];
+    this.#forget();
     byId("point-section").hidden = true;
+  }
+
+  // Ends what is shown of a motion.
+  #forget() {
+    this.#motion.abort();
+    this.#animation.stop();
     this.inPlane = {};
     this.drawn({ lines: [], marks: [] });
   }
@@ -91,25 +119,17 @@ export class PointPanel {
     this.drawn({ lines: all.flatMap((part) => part.lines), marks: all.flatMap((part) => part.marks) });
   }
 
-  // Shows the motion at the point of a state of the page, from rest or from the state `start`, with a `note`; `machine` and `at`, [omega, clearance], are
-  // those there.
-  async show(state, start = null) {
+  // Shows the motion from rest at the point of a state of the page, with a `note`; `machine` and `at`, [omega,
+  // clearance], are those there.
+  async show(state) {
     this.#leave();
-    this.start = start;
-    this.#abort = new AbortController();
+    this.ofPoint = new AbortController();
     const { machine, at } = placeOf(state.machine, state.plane, state.at);
     this.machine = machine;
     this.at = at;
     this.state = state;
     byId("point-section").hidden = false;
-    byId("point-section").scrollTop = 0;
-    byId("basins").replaceChildren();
-    byId("branch").replaceChildren();
-    byId("others").replaceChildren();
-    byId("unresolved").hidden = true;
-    byId("unresolved-longer").textContent = "";
-    byId("own-curves").textContent = "";
-    byId("pictures").hidden = true;
+    for (const name of ["basins", "others"]) byId(name).replaceChildren();
     const { plane, x, y } = state;
     const widths = { [plane.horizontal]: x[1] - x[0], [plane.vertical]: y[1] - y[0] };
     const read = (name, quantity, value) => {
@@ -126,69 +146,97 @@ export class PointPanel {
       ...others,
     ].join(", ");
     byId("ask-branch").textContent = `Follow the branch over the ${parameter(state.plane.vertical, machine).text}`;
-    byId("point-name").textContent = COMPUTING;
-    byId("point-words").textContent = byId("point-why").textContent = "";
-    byId("point-figures").replaceChildren();
-    byId("multipliers").replaceChildren();
+    await this.choose({});
+  }
+
+  // Shows another motion of the open point, in place of the one before: from rest or from the state `start`, or the one
+  // without impacts that `isTouching` a stop. It has a `label` where no other is found; a `note` is said.
+  async choose({ start = null, isTouching = false, label = null, note = "", periods = this.machine.periods }) {
+    this.#forget();
+    const motion = (this.#motion = new AbortController());
+    this.start = start;
+    this.watched = { ...this.machine, periods };
+    this.#isFromRest = !start && !isTouching;
     this.orbit = null;
-    byId("ask-branch").disabled = byId("ask-curves").disabled = true;
-    await this.#work("The motion", () => Promise.all([this.#trajectory(), this.#orbit()]));
+    this.offer();
+    byId("point-section").scrollTop = 0;
+    byId("point-name").textContent = "Computing …";
+    byId("point-words").textContent = byId("point-why").textContent = "";
+    for (const name of ["point-figures", "multipliers", "branch", "own-curves"]) byId(name).replaceChildren();
+    byId("unresolved").hidden = byId("ask-needs").hidden = true;
+    Object.assign(byId("pictures"), { className: "waiting", hidden: false });
+    byId("ask").disabled = byId("ask-branch").disabled = byId("ask-curves").disabled = true;
+    mark((this.label = null)); // of the motion that is shown
+    const isThere = await this.#work("The motion", () => {
+      const told = this.#trajectory(isTouching, label, this.#isFromRest ? this.state.note : note);
+      return Promise.all([told, this.#orbit(isTouching, told)]);
+    });
+    if (isThere || this.label || motion !== this.#motion) return;
+    byId("point-name").textContent = "Not computed";
+    byId("pictures").hidden = true;
+    byId("ask").disabled = false;
   }
 
   // Says what is being computed until it is there, or what is wrong; returns whether it is there.
   async #work(what, task) {
-    const { signal } = this.#abort;
     const working = this.#working;
-    working.add(what);
+    let wrong = "";
+    working.push(what);
     this.#sayWork();
     try {
       await task();
-      working.delete(what);
-      this.#sayWork();
       return true;
     } catch (error) {
-      working.delete(what);
-      if (isAborted(error) || signal.aborted) return false;
-      if (byId("point-name").textContent === COMPUTING) byId("point-name").textContent = "Not computed";
-      byId("point-says").textContent = `${what}: ${error.message}`;
+      if (isAborted(error)) return false;
+      wrong = `${what}: ${error.message}`;
       return false;
+    } finally {
+      working.splice(working.indexOf(what), 1);
+      if (working === this.#working) this.#sayWork(wrong);
     }
   }
 
-  // Says what is being computed, or what it waits for.
-  #sayWork(waitingFor = null) {
-    const what = [...this.#working].join(", ");
-    byId("point-says").textContent = waitingFor ? `Waiting for ${waitingFor}.` : what && `${what}: computing …`;
+  // Says what is being computed, or something else of it.
+  #sayWork(text = "") {
+    const what = [...new Set(this.#working)].join(", ");
+    byId("point-says").textContent = text || (what && `${what}: computing …`);
   }
 
-  async compute(process, request) {
-    const { signal } = this.#abort;
-    const { data } = await compute(process, request, {
-      signal,
-      priority: 8,
-      onJob: (job) => this.#sayWork(job.waiting_for),
-    });
-    signal.throwIfAborted();
-    return data;
+  async compute(process, request, { signal } = this.#motion) {
+    try {
+      const onJob = (job) => this.#sayWork(job.waiting_for && `Waiting for ${job.waiting_for}.`);
+      return (await compute(process, request, { signal, priority: 8, onJob })).data;
+    } finally {
+      signal.throwIfAborted();
+    }
   }
 
-  async #trajectory() {
-    const { machine, at } = this;
+  async #trajectory(isTouching, known, note) {
+    const { watched: machine, at } = this;
+    const away = isTouching ? AWAY : 1; // where stops are out of reach, the motion does not leave the grazing curve
+    const free = { ...machine, left: machine.left && away * machine.left };
+    const options = { transient: machine.periods, initial: this.start };
     const over = (periods) =>
-      this.compute(
-        "trajectories",
-        requests.trajectory(machine, at, { transient: machine.periods, periods, initial: this.start }),
-      );
+      this.compute("trajectories", requests.trajectory(free, [at[0], away * at[1]], { ...options, periods }));
     let path = await over(PERIODS_SHOWN);
     const { motion } = path;
     if (motion.kind === "periodic" && motion.period > PERIODS_SHOWN) path = await over(motion.period);
-    const { label, why } =
-      motion.kind === "unresolved" && !this.start ? await this.#ofMap() : { label: motion.label ?? motion.kind };
+    const { label, exponent = null } =
+      motion.kind === "unresolved" && this.#isFromRest
+        ? await this.#ofMap()
+        : { label: motion.label ?? known ?? motion.kind };
     const before = motion.kind === "periodic" ? ", at" : "; hits at";
     const speeds = isFree(label) ? "" : speedsOf(path.impacts, unitOf(machine, "velocity"), before);
-    byId("point-name").replaceChildren(swatch(this.colours.of(label).colour, this.colours.of(label).image), label);
+    const { colour, image } = this.colours.of(label);
+    const after = machine.periods > this.machine.periods ? ` (after ${machine.periods} periods)` : "";
+    byId("point-name").replaceChildren(swatch(colour, image), label + after);
     byId("point-words").textContent = `${inWords(label, machine)}${speeds}.`;
-    byId("point-why").textContent = [why, this.state.note].filter(Boolean).join(" ");
+    byId("point-why").textContent = note;
+    if (exponent !== null)
+      byId("point-why").prepend(term("Lyapunov exponent", NEIGHBOURS), ` ${toRead(exponent)} per forcing period. `);
+    if (this.#isFromRest) this.labelFromRest = label;
+    mark((this.label = label));
+    byId("ask").disabled = false;
     this.#draw(path, label);
   }
 
@@ -205,7 +253,7 @@ export class PointPanel {
     const last = times.findLastIndex(
       (time) => time <= Math.max(4 * animated.period, Math.min(2 * animated.loop, times.at(-1))) + 1e-9,
     );
-    byId("pictures").hidden = false;
+    byId("pictures").className = "";
     this.#animation.show(animated);
     if (!isStill()) this.#animation.play();
     byId("portrait").replaceChildren(
@@ -227,7 +275,7 @@ export class PointPanel {
         size: LOW,
         x: [0, times[last]],
         y: extent([...q, ...present]),
-        names: { x: named("time", machine, "time"), y: named("contact", machine, "length") },
+        names: { x: named("time", machine, "time"), y: named("displacement", machine, "length") },
         series: [{ x: times.slice(0, last + 1), y: q.slice(0, last + 1), kind: "motion" }],
         bars: present.map((y) => ({ y, kind: "stop" })),
         dots: impacts.time.flatMap((time, k) =>
@@ -249,48 +297,40 @@ export class PointPanel {
 
   // The motion that a map names: it measures exponents, which tell chaos.
   async #ofMap() {
-    const verdict = verdictOf(await this.compute("unfolding-maps", requests.pointMap(this.machine, this.at)));
-    const { label, exponent } = verdict;
-    explain(verdict, this.machine.periods);
-    return { label, why: exponent === null ? "" : `Lyapunov exponent ${toRead(exponent)} per forcing period.` };
+    const verdict = verdictOf(await this.compute("unfolding-maps", requests.pointMap(this.watched, this.at)));
+    explain(verdict, this.watched.periods);
+    byId("ask-longer").hidden = this.watched.periods > this.machine.periods;
+    return verdict;
   }
 
-  // Shows the motion without impacts on the grazing curve: with its stops out of reach it does not leave it.
-  async #graze() {
-    const { machine, at } = this;
-    const far = { ...machine, left: machine.left && AWAY * machine.left };
-    const options = { transient: machine.periods, periods: PERIODS_SHOWN };
-    const path = await this.compute("trajectories", requests.trajectory(far, [at[0], AWAY * at[1]], options));
-    byId("point-words").textContent = "The motion without impacts: it just touches a stop, at speed zero.";
-    this.#draw(path, FREE);
-  }
-
-  async #orbit() {
-    const { machine, at } = this;
+  // The figures of the orbit, below the motion, when that is there.
+  async #orbit(isTouching, told) {
+    const { watched: machine, at, start } = this;
     const units = (quantity) => unitOf(machine, quantity);
-    const orbit = await this.compute("periodic-orbits", requests.orbit(machine, at, this.start));
-    const yes = (value) => (value ? "yes" : "no");
+    const orbit = isTouching ? {} : await this.compute("periodic-orbits", requests.orbit(machine, at, start));
+    const isSteady = isTouching || isOfFree(orbit);
+    await told;
     const rows = orbit.converged
       ? [
-          ["verified", yes(orbit.verified)],
-          ["isolated", yes(orbit.isolated)],
-          ["admissible", yes(orbit.admissible)],
-          ["stable", yes(orbit.stable)],
+          ...["verified", "isolated", "admissible", "stable"].map((name) => [term(name), orbit[name] ? "yes" : "no"]),
           ["largest multiplier", multiplierText(orbit.multipliers?.[0] ?? [NaN, 0])],
           ["impacts in a forcing period", toRead(orbit.impact_rate)],
           ["minimum impact speed", `${toRead(least(orbit.velocities))}${units("velocity")}`],
           ["peak impact speed", `${toRead(orbit.peak_impact_speed)}${units("velocity")}`],
           ["dissipated power", `${toRead(orbit.dissipated_power)}${units("power")}`],
         ]
-      : [["periodic orbit", isOfFree(orbit) ? "the steady motion, without impacts" : "none found"]];
-    if (orbit.reason && !isOfFree(orbit)) rows.push(["because", withoutRemedy(orbit.reason)]);
+      : [["periodic orbit", isSteady ? "the steady motion, without impacts" : "none found"]];
+    if (orbit.reason && !isSteady) rows.push(["because", withoutRemedy(orbit.reason)]);
     byId("point-figures").replaceChildren(
-      ...rows.flatMap(([name, value]) => [element("dt", { textContent: name }), element("dd", { textContent: value })]),
+      ...rows.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)]),
     );
-    byId("multipliers").replaceChildren(
-      ...(orbit.converged && orbit.multipliers?.length ? [circle(orbit.multipliers, HALF)] : []),
-    );
+    if (orbit.converged && orbit.multipliers?.length)
+      byId("multipliers").append(
+        circle(orbit.multipliers, HALF),
+        element("small", {}, term("multiplier", NEIGHBOURS), "s inside: stable"),
+      );
     this.orbit = orbit;
+    byId("ask-needs").hidden = orbit.converged;
     byId("ask-branch").disabled = byId("ask-curves").disabled = !orbit.converged;
   }
 
