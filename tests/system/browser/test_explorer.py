@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import csv
-import gzip
 import json
 import math
 import re
@@ -18,7 +17,6 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, Route, expect
 
-import grazemap
 import grazemap_service
 from grazemap import Client
 from grazemap.plots import palette
@@ -50,14 +48,30 @@ from tests.support.watched_page import Watched
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(240)]
 
 STATIC = Path(grazemap_service.__file__).parent / "static"
-PALETTE = Path(grazemap.__file__).parent / "palette.json"
+
 MOST_BYTES = 120_000
 LONG = 'machine={"periods":4000}'  # so that a tile takes a while
 
 
-def test_the_page_is_small() -> None:
-    files = [STATIC / "index.html", STATIC / "icon.svg", PALETTE, *(STATIC / "explorer").iterdir()]
-    assert sum(len(gzip.compress(path.read_bytes())) for path in files) < MOST_BYTES
+def test_the_page_is_small(url: str) -> None:
+    files = [file.relative_to(STATIC) for file in (STATIC / "icon.svg", *(STATIC / "explorer").iterdir())]
+    paths = ["", "static/palette.json", *(f"static/{file}" for file in files)]
+    sent = [httpx2.get(f"{url}/{path}", headers={"Accept-Encoding": "gzip"}) for path in paths]
+    assert all(answer.status_code == 200 for answer in sent)
+    assert sum(answer.num_bytes_downloaded for answer in sent) < MOST_BYTES
+
+
+@pytest.mark.parametrize("module", sorted((STATIC / "explorer").glob("*.js")), ids=lambda module: module.stem)
+def test_a_module_is_sent_without_its_comments_and_with_all_else(url: str, module: Path) -> None:
+    whole = module.read_text().splitlines()
+    sent = httpx2.get(f"{url}/static/explorer/{module.name}").text.splitlines()
+    assert len(sent) == len(whole)  # so that what browsers report is found in the file
+    for number, (line, text) in enumerate(zip(sent, whole, strict=True)):
+        if line == text:
+            continue
+        assert line == ""
+        assert text.lstrip().startswith(("//", "/**"))
+        assert "\n".join(whole[:number]).count("`") % 2 == 0  # in no text of the program
 
 
 def test_the_first_window_comes_as_previews_then_verified_in_the_colours_of_pictures(

@@ -9,7 +9,7 @@ import { LONGER, explain, mark, showOthers, verdictOf } from "./others.js";
 import { USUAL, parameter, placeOf } from "./parameters.js";
 import { FREE, isFree } from "./labels.js";
 import { withoutRemedy } from "./layers.js";
-import { inWords, speedsOf } from "./motionwords.js";
+import { inWords, periodOf, speedsOf } from "./motionwords.js";
 import { isStill, moving } from "./moving.js";
 import * as requests from "./requests.js";
 import { knock } from "./sound.js";
@@ -18,6 +18,7 @@ import { named, shown, symbolOf, unitOf } from "./units.js";
 
 const AWAY = 100; // times a clearance, where no stop is reached
 const PERIODS_SHOWN = 12;
+const PERIODS_OF_CHAOS = 60; // or of another motion that does not repeat
 const NEIGHBOURS = "neighbouring-motions"; // a heading of the glossary
 const HALF = { width: 160, height: 132 };
 const LOW = { width: 320, height: 110 };
@@ -140,7 +141,7 @@ export class PointPanel {
       const { name, text, quantity } = parameter(state.plane[axis], machine);
       return Object.hasOwn(USUAL, name) ? [] : [`${text} ${read(name, quantity, state.at[k])}`];
     });
-    byId("point-place").textContent = [
+    this.place = [
       `${symbolOf(machine)} = ${read("omega", "frequency", at[0])}`,
       `${parameter("clearance", machine).text} ${read("clearance", "length", at[1])}`,
       ...others,
@@ -161,6 +162,7 @@ export class PointPanel {
     this.offer();
     byId("point-section").scrollTop = 0;
     byId("point-name").textContent = "Computing …";
+    byId("point-place").textContent = this.place;
     byId("point-words").textContent = byId("point-why").textContent = "";
     for (const name of ["point-figures", "multipliers", "branch", "own-curves"]) byId(name).replaceChildren();
     byId("unresolved").hidden = byId("ask-needs").hidden = true;
@@ -215,16 +217,23 @@ export class PointPanel {
     const { watched: machine, at } = this;
     const away = isTouching ? AWAY : 1; // where stops are out of reach, the motion does not leave the grazing curve
     const free = { ...machine, left: machine.left && away * machine.left };
-    const options = { transient: machine.periods, initial: this.start };
-    const over = (periods) =>
-      this.compute("trajectories", requests.trajectory(free, [at[0], away * at[1]], { ...options, periods }));
+    let transient = machine.periods;
+    const over = (periods) => {
+      const options = { transient, initial: this.start, periods };
+      return this.compute("trajectories", requests.trajectory(free, [at[0], away * at[1]], options));
+    };
     let path = await over(PERIODS_SHOWN);
+    const isOpen = path.motion.kind === "unresolved" && this.#isFromRest;
+    const { label, exponent = null } = isOpen
+      ? await this.#ofMap()
+      : { label: path.motion.label ?? known ?? path.motion.kind };
+    if (isOpen && periodOf(label)) {
+      transient *= LONGER; // a map solves for the motion before it has settled as closely as a trajectory has to
+      path = await over(PERIODS_SHOWN);
+    }
     const { motion } = path;
     if (motion.kind === "periodic" && motion.period > PERIODS_SHOWN) path = await over(motion.period);
-    const { label, exponent = null } =
-      motion.kind === "unresolved" && this.#isFromRest
-        ? await this.#ofMap()
-        : { label: motion.label ?? known ?? motion.kind };
+    else if (!periodOf(label)) path = await over(PERIODS_OF_CHAOS);
     const before = motion.kind === "periodic" ? ", at" : "; hits at";
     const speeds = isFree(label) ? "" : speedsOf(path.impacts, unitOf(machine, "velocity"), before);
     const { colour, image } = this.colours.of(label);
@@ -250,8 +259,9 @@ export class PointPanel {
     const [left, right] = shown(machine, "length", stops);
     const present = [left, right].filter((stop) => stop !== null);
     const animated = moving(machine, at, path, this.colours.of(label).colour);
+    const end = periodOf(label) ? times.at(-1) : PERIODS_SHOWN * animated.period;
     const last = times.findLastIndex(
-      (time) => time <= Math.max(4 * animated.period, Math.min(2 * animated.loop, times.at(-1))) + 1e-9,
+      (time) => time <= Math.max(4 * animated.period, Math.min(2 * animated.loop, end)) + 1e-9,
     );
     byId("pictures").className = "";
     this.#animation.show(animated);
@@ -307,9 +317,13 @@ export class PointPanel {
   async #orbit(isTouching, told) {
     const { watched: machine, at, start } = this;
     const units = (quantity) => unitOf(machine, quantity);
-    const orbit = isTouching ? {} : await this.compute("periodic-orbits", requests.orbit(machine, at, start));
+    const ask = (periods) => this.compute("periodic-orbits", requests.orbit({ ...machine, periods }, at, start));
+    let orbit = isTouching ? {} : await ask(machine.periods);
     const isSteady = isTouching || isOfFree(orbit);
     await told;
+    const repeats = periodOf(this.label);
+    const isKnown = isSteady || (!repeats && this.label !== "unresolved");
+    if (!orbit.converged && !isSteady && repeats) orbit = await ask(LONGER * machine.periods);
     const rows = orbit.converged
       ? [
           ...["verified", "isolated", "admissible", "stable"].map((name) => [term(name), orbit[name] ? "yes" : "no"]),
@@ -319,8 +333,14 @@ export class PointPanel {
           ["peak impact speed", `${toRead(orbit.peak_impact_speed)}${units("velocity")}`],
           ["dissipated power", `${toRead(orbit.dissipated_power)}${units("power")}`],
         ]
-      : [["periodic orbit", isSteady ? "the steady motion, without impacts" : "none found"]];
-    if (orbit.reason && !isSteady) rows.push(["because", withoutRemedy(orbit.reason)]);
+      : [
+          [
+            "periodic orbit",
+            isSteady ? "the steady motion, without impacts" : isKnown ? `none: ${this.label}` : "none found",
+          ],
+        ];
+    if (orbit.converged) byId("point-place").append(`; ${orbit.verified ? "verified" : "not verified"}`);
+    if (orbit.reason && !isKnown) rows.push(["because", withoutRemedy(orbit.reason)]);
     byId("point-figures").replaceChildren(
       ...rows.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)]),
     );
