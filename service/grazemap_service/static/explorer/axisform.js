@@ -28,7 +28,9 @@ export class AxisForm {
   // The numbers that were entered; null, and a field says what is wrong.
   #entered({ x, y }) {
     const values = this.fields.map((field) => {
-      const value = numberOf(field, field.dataset.axis === "horizontal" ? x : y, { isClosed: this.closed || undefined });
+      const value = numberOf(field, field.dataset.axis === "horizontal" ? x : y, {
+        isClosed: this.closed || undefined,
+      });
       return inSI(this.machine, this.#quantity(field), value);
     });
     if (values.includes(null)) return null;
