@@ -102,6 +102,12 @@ def window(page: Page) -> tuple[list[float], list[float]]:
     return [float(end) for end in omega.split("..")], [float(end) for end in clearance.split("..")]
 
 
+def beside_axes(page: Page) -> tuple[list[float], list[float]]:
+    """Return the window without the strips of the axes, as it is shown and taken home."""
+    left, right, low, high = (float(field.input_value()) for field in page.locator("#window-form input").all())
+    return [left, right], [low, high]
+
+
 def spot(page: Page, x: float, y: float) -> tuple[float, float]:
     """Return where a point of the plane is on the page, whatever floats over it."""
     box, fragment = page.locator("#plane").bounding_box(), parse_qs(urlsplit(page.url).fragment)

@@ -80,7 +80,7 @@ def test_the_first_window_comes_as_previews_then_verified_in_the_colours_of_pict
     page = watched.page
     page.goto(f"{url}/")
     expect(page.locator("#legend")).to_contain_text("1-1r-1l", timeout=WAIT)  # of a preview
-    assert verified(page) == 12
+    verified(page)
     requests = watched.posted("unfolding-maps")
     previews, tiles = ([body for body in requests if body.get("preview", False) is kind] for kind in (True, False))
     assert requests.index(previews[0]) == 0
@@ -143,7 +143,9 @@ def test_an_address_of_a_job_that_is_no_such_map_says_so(watched: Watched, url: 
     page = watched.page
     page.goto(f"{url}/#map={'0' * 64}")
     expect(page.locator("#says")).to_contain_text("job", timeout=WAIT)
-    assert verified(page) == 12
+    verified(page)
+    tiles = {json.dumps(body) for body in watched.posted("unfolding-maps") if not body.get("preview")}
+    assert len(tiles) == 12
 
 
 def test_pointing_says_what_the_api_says(watched: Watched, url: str) -> None:
@@ -586,7 +588,7 @@ def test_what_is_taken_home(small: Watched, url: str, tmp_path: Path) -> None:
     assert copied("Copy link") == page.url
     command = copied("Copy as curl").replace("curl -s", "curl -sf", 1)
     answer = json.loads(subprocess.run(command, shell=True, capture_output=True, check=True).stdout)
-    assert len(answer["omega"]) % 128 == 0  # of all tiles in sight
+    assert set(answer["omega"]) == {omega for omega, _ in points}
     program = copied("Copy as Python")
     ast.parse(program)
     subprocess.run([sys.executable, "-c", program], cwd=tmp_path, check=True)
@@ -695,7 +697,7 @@ def test_the_legend_explains_what_is_in_sight_only(small: Watched, url: str) -> 
     points = answered(url, "grazing-curves", {"omega": {"start": 0.25, "stop": 0.3125, "points": 33}})["points"]
     types = {point["bifurcation"] for point in points if 1.25 < point["clearance"] < 2} - {None}
     assert len(types) > 1
-    assert {text.partition(":")[0] for text in explained.all_inner_texts()} == types | {"Circles"}
+    assert {text.partition(":")[0] for text in explained.all_inner_texts()} == types | {"Circles", "Dark line"}
     page.evaluate(f"location.hash = '{QUICK}'")  # above the curve and its marks
     expect(explained).to_have_count(0)
 

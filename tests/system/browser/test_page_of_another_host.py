@@ -69,10 +69,21 @@ def test_a_page_of_an_allowed_host_draws_the_curve(watched: Watched, origin: str
     assert math.isclose(x[y.index(0)] / 540, (natural - 6) / 8, abs_tol=0.01)
     expect(page.locator("figcaption")).to_contain_text(f"{natural:.1f} Hz")
     expect(page.locator("svg")).to_contain_text("clearance in mm")
-    # the restitution is left out
-    expect(page.locator("li")).to_have_count(1)
-    expect(page.locator("li")).to_contain_text("restitution")
+    expect(page.locator("li")).to_have_count(0)
     assert watched.complaints == []
+
+
+def test_a_page_shows_the_notes_on_a_request(watched: Watched, origin: str, service: str) -> None:
+    page = watched.page
+
+    def without_a_restitution(route: Route) -> None:
+        asked = route.request.post_data
+        route.continue_(post_data=asked.replace(',"restitution":0.7', "") if asked else None)
+
+    page.route("**/v1/grazing-curves", without_a_restitution)
+    page.goto(f"{origin}/grazing_curve.html?service={service}")
+    expect(page.locator("li")).to_have_count(1, timeout=60_000)
+    expect(page.locator("li")).to_contain_text("restitution")
 
 
 def test_a_page_follows_a_job_that_takes_long(watched: Watched, origin: str, service: str) -> None:

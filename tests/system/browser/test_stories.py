@@ -21,6 +21,7 @@ from tests.support.explorer_page import (
     QUICK,
     USUAL,
     WAIT,
+    beside_axes,
     is_free,
     picture,
     place,
@@ -266,7 +267,7 @@ def crossing(border: Border, omega: float) -> float:
 
 def at_of_frame(page: Page, frame: dict[str, str], omega: float, clearance: float) -> np.ndarray[Any, Any]:
     """Return where a point of the page's window is in a drawing with this frame."""
-    (left, right), (low, high) = window(page)
+    (left, right), (low, high) = beside_axes(page)
     x, y, width, height = (float(frame[name]) for name in ("x", "y", "width", "height"))
     return np.array([x + (omega - left) / (right - left) * width, y + (high - clearance) / (high - low) * height])
 

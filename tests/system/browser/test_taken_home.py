@@ -19,6 +19,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page, Response, expect
 
+from tests.support.explorer_page import beside_axes, window
 from tests.support.watched_page import Watched
 from tests.system.browser.conftest import watched_page
 
@@ -65,7 +66,6 @@ def labels(data: bytes, *names: str) -> dict[tuple[float, float], tuple[Any, ...
         }
 
 
-NAMES_OF_AXES = ("omega", "clearance")
 NAMES = ("kind", "period", "impacts_right", "impacts_left", "verified", "sensitive")
 
 
@@ -102,21 +102,6 @@ def saved(page: Page, name: str, folder: Path) -> Path:
     return path
 
 
-Ends = list[tuple[float, float]]
-
-
-def of_address(page: Page) -> Ends:
-    """Return the whole window, over which a sweep goes."""
-    texts = [re.search(rf"{name}=([^&]*)", page.url)[1].split("..") for name in NAMES_OF_AXES]  # type: ignore[index]
-    return [(float(low), float(high)) for low, high in texts]
-
-
-def beside_axes(page: Page) -> Ends:
-    """Return the window without the strips of the axes."""
-    left, right, low, high = (float(field.input_value()) for field in page.locator("#window-form input").all())
-    return [(left, right), (low, high)]
-
-
 @pytest.mark.parametrize(
     ("state", "more"),
     [
@@ -146,7 +131,7 @@ def test_the_copied_program_and_command_compute_the_points_that_are_seen(
     of_program = labels((tmp_path / "map.npz").read_bytes(), *NAMES, *more)
     of_command = labels(by_command, *NAMES, *more)
     assert of_program == of_command
-    ends = of_address(page) if "sweep" in state else beside_axes(page)
+    ends = window(page) if "sweep" in state else beside_axes(page)
     inside = {at for at in seen if all(low <= value <= high for value, (low, high) in zip(at, ends, strict=True))}
     assert set(of_program) == inside
     wrong = [at for at in inside if of_program[at] != seen[at]]
@@ -205,14 +190,14 @@ def test_the_window_that_was_asked_for_is_the_one_that_is_shown_and_taken_home(
     page = tiny.page
     shown(tiny, url, NEAR)
     page.locator("#view-section > summary").click()
-    window = ["0.285", "0.295", "1.95", "1.99"]
+    ends = ["0.285", "0.295", "1.95", "1.99"]
     fields = page.locator("#window-form input").all()
-    for entry, text in zip(fields, window, strict=True):
+    for entry, text in zip(fields, ends, strict=True):
         entry.fill(text)
     page.get_by_role("button", name="Show this window").first.click()
     expect(page.locator("#progress")).to_have_class("done", timeout=WAIT)
     page.locator("#view-section > summary").click()
-    assert [entry.input_value() for entry in fields] == window
+    assert [entry.input_value() for entry in fields] == ends
     page.get_by_text("Take home", exact=True).click()
     rows = saved(page, "CSV", tmp_path).read_text().splitlines()[1:]
     points = np.array([[float(value) for value in row.split(",")[:2]] for row in rows])
