@@ -82,7 +82,7 @@ class _OwnFiles(_WholeFiles):
 
 
 def _own(path: Path, asked: Headers, **headers: str) -> Response:
-    """Return the response with a file of the pages, compressed where a browser takes that, or that it has not changed."""
+    """Return the response with a file of the pages, compressed where a browser takes that, or that it is unchanged."""
     content, packed, tag = _sent(path, path.stat().st_mtime_ns)
     is_packed = "gzip" in asked.get("accept-encoding", "")
     headers |= {"ETag": f'"{tag}{"-gzip" * is_packed}"', "Vary": "Accept-Encoding"}
