@@ -61,7 +61,8 @@ RELATIONS = (
     "one stop is fixed or absent, and the other one varies",
     "only one of the two clearances may vary",
     "only one parameter may vary",
-    r"\S+ places? the contact (on a stop( or beyond it)?|outside the stops)",
+    r"\S+ places the contact (on a stop( or beyond it)?|outside the stops)",
+    r"\S+( and \S+)? places? the contact at \S+( to \S+)?, on a stop or beyond it",
     # parameters that vary
     "vertical is the same coordinate as horizontal",
     "both axes have the same parameter",

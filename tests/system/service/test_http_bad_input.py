@@ -180,7 +180,7 @@ VALUES: list[tuple[str, Any, str, str, str]] = [
     ("basins", {**BASINS, "horizontal": {**ACROSS, "values": RANGE | {"stop": -1}}}, "/horizontal/values",
      "stop > start", "coordinate that falls"),
     ("basins", {**BASINS, "horizontal": {**ACROSS, "values": RANGE | {"stop": 1.6}}}, "/horizontal/values",
-     "< clearance", "coordinate that reaches a stop"),
+     "coordinate < 1.6", "coordinate that reaches a stop"),
     ("basins", {**BASINS, "horizontal": {**ACROSS, "quantity": "phase"}}, "/horizontal/quantity", "velocity[i]",
      "no coordinate"),
     ("basins", {**BASINS, "horizontal": {**ACROSS, "mass": 4}}, "/horizontal/mass", "1 to 3", "coordinate of no mass"),
