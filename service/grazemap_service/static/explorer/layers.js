@@ -11,7 +11,7 @@ export const LAYERS = {
     field: "lyapunov",
     unit: "per forcing period",
     diverging: true,
-    missing: "it was not measured, as the motion is unresolved",
+    missing: "it was not measured",
   },
   speed: {
     text: "Minimum impact speed",

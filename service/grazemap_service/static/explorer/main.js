@@ -138,7 +138,7 @@ const point = new PointPanel({
     refresh();
   },
   closed: () => {
-    rested = plane.place({ x: state.at[0], y: state.at[1] });
+    if (isPhone()) rested = plane.place({ x: state.at[0], y: state.at[1] });
     state.at = null;
     point.clear();
     remember();
@@ -621,7 +621,7 @@ function live(seenTiles) {
   const here = rested;
   const value = plane.value(here);
   if (!plane.holds(value)) return living.hide();
-  mark(place || story.point ? null : here);
+  mark((place && !isPhone()) || story.point ? null : here); // a finger leaves no pointer there
   const known = reading(seenTiles, value.x, value.y);
   const { machine, at } = placeOf(state.machine, state.plane, known?.at ?? ofPixel(value));
   const isFromRest = known && state.policy === "rest"; // as the machine that is shown
