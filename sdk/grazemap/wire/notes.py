@@ -73,22 +73,21 @@ def unstated(request: ProcessRequest) -> list[Note]:
     oscillator = request.oscillator
     if oscillator.units != "SI":
         return [] if "units" in oscillator.model_fields_set else [*_units(request)]
-    used = {name: getattr(oscillator, name) for name in _SELDOM_MEANT if name not in oscillator.model_fields_set}
+    needless: set[str] = {"forcing"} if oscillator.base is not None else set()
     if oscillator.matrices is not None:
-        used = {name: value for name, value in used.items() if name == "restitution"}
-    elif oscillator.base is not None:
-        used.pop("forcing", None)
+        needless = {"masses", "stiffnesses", "forcing"}
     return [
         Note(
             code=f"default-{name}",
-            detail=f"{name} is not given, and its default {_said(value)} is used: give the oscillator its {name}, also "
-            "where that is meant",
+            detail=f"{name} is not given, and its default {_text(getattr(oscillator, name))} is used: give the "
+            f"oscillator its {name}, also where that is meant",
         )
-        for name, value in used.items()
+        for name in _SELDOM_MEANT
+        if name not in oscillator.model_fields_set | needless
     ]
 
 
-def _said(value: float | list[float]) -> str:
+def _text(value: float | list[float]) -> str:
     return f"[{', '.join(f'{number:g}' for number in value)}]" if isinstance(value, list) else f"{value:g}"
 
 

@@ -36,6 +36,8 @@ _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors "
 )
+# browsers ask again for each file, so that they do not mix modules of two versions after an update
+_REVALIDATED = {"Cache-Control": "no-cache"}
 _COMMENT = re.compile(rb"^[ \t]*(?://.*|/\*\*.*\*/)$", re.MULTILINE)
 # its pages set the theme before they are drawn, and its search is a form
 _GUIDE_POLICY = (
@@ -67,11 +69,10 @@ class _WholeFiles(StaticFiles):
         response = super().file_response(full_path, stat_result, scope, status_code)
         if not isinstance(response, FileResponse):
             return response
-        # browsers revalidate a file, so that they do not mix modules of two versions after an update
-        return _WholeFile(full_path, status_code, {"Cache-Control": "no-cache"}, stat_result=stat_result)
+        return _WholeFile(full_path, status_code, _REVALIDATED, stat_result=stat_result)
 
 
-class _OwnFiles(_WholeFiles):
+class _OwnFiles(StaticFiles):
     """The files of the pages, as `_own` answers with them."""
 
     def file_response(
@@ -85,9 +86,12 @@ def _own(path: Path, asked: Headers, **headers: str) -> Response:
     """Return the response with a file of the pages, compressed where a browser takes that, or that it is unchanged."""
     content, packed, tag = _sent(path, path.stat().st_mtime_ns)
     is_packed = "gzip" in asked.get("accept-encoding", "")
-    headers |= {"ETag": f'"{tag}{"-gzip" * is_packed}"', "Vary": "Accept-Encoding"}
-    # browsers revalidate a file, so that they do not mix modules of two versions after an update
-    headers |= {"Cache-Control": "no-cache", "Accept-Ranges": "none"}
+    headers |= {
+        "ETag": f'"{tag}{"-gzip" * is_packed}"',
+        "Vary": "Accept-Encoding",
+        "Accept-Ranges": "none",
+        **_REVALIDATED,
+    }
     if headers["ETag"] in asked.get("if-none-match", ""):
         return Response(status_code=304, headers=headers)
     if is_packed:
@@ -169,7 +173,7 @@ async def _observables(request: Request) -> Response:
         for quantity in UnfoldingMap.schema
         if quantity.name in OBSERVABLES
     ]
-    return JSONResponse(quantities, headers={"Cache-Control": "no-cache"})
+    return JSONResponse(quantities, headers=_REVALIDATED)
 
 
 def _swagger_files() -> Path:

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Route, expect
+from playwright.sync_api import Browser, Page, Route, expect
 
 from tests.support.running_stack import RunningStack
 from tests.support.watched_page import Watched
@@ -73,14 +73,19 @@ def test_a_page_of_an_allowed_host_draws_the_curve(watched: Watched, origin: str
     assert watched.complaints == []
 
 
+def altered(page: Page, before: str, after: str) -> None:
+    """Change a part of the example's request on its way."""
+
+    def on_its_way(route: Route) -> None:
+        asked = route.request.post_data
+        route.continue_(post_data=asked.replace(before, after) if asked else None)
+
+    page.route("**/v1/grazing-curves", on_its_way)
+
+
 def test_a_page_shows_the_notes_on_a_request(watched: Watched, origin: str, service: str) -> None:
     page = watched.page
-
-    def without_a_restitution(route: Route) -> None:
-        asked = route.request.post_data
-        route.continue_(post_data=asked.replace(',"restitution":0.7', "") if asked else None)
-
-    page.route("**/v1/grazing-curves", without_a_restitution)
+    altered(page, ',"restitution":0.7', "")
     page.goto(f"{origin}/grazing_curve.html?service={service}")
     expect(page.locator("li")).to_have_count(1, timeout=60_000)
     expect(page.locator("li")).to_contain_text("restitution")
@@ -106,12 +111,7 @@ def test_a_page_follows_a_job_that_takes_long(watched: Watched, origin: str, ser
 
 def test_a_page_shows_the_errors_of_a_request(watched: Watched, origin: str, service: str) -> None:
     page = watched.page
-
-    def with_a_negative_mass(route: Route) -> None:
-        asked = route.request.post_data
-        route.continue_(post_data=asked.replace('"masses":[0.5]', '"masses":[-0.5]') if asked else None)
-
-    page.route("**/v1/grazing-curves", with_a_negative_mass)
+    altered(page, '"masses":[0.5]', '"masses":[-0.5]')
     page.goto(f"{origin}/grazing_curve.html?service={service}")
     expect(page.locator("figcaption")).to_contain_text("/oscillator/masses/0: ", timeout=60_000)
     expect(page.locator("polyline")).to_have_count(0)

@@ -15,7 +15,7 @@ export class AxisForm {
     this.fields = [...this.form.querySelectorAll("input")];
     this.valuesOf = valuesOf;
     this.digits = digits;
-    this.closed = closed;
+    this.ends = closed ? { isClosed: true } : {};
     // a number may be wrong beside another one alone
     this.form.addEventListener("input", () => this.fields.forEach((field) => field.setCustomValidity("")));
     this.form.addEventListener("submit", (event) => {
@@ -28,9 +28,7 @@ export class AxisForm {
   // The numbers that were entered; null, and a field says what is wrong.
   #entered({ x, y }) {
     const values = this.fields.map((field) => {
-      const value = numberOf(field, field.dataset.axis === "horizontal" ? x : y, {
-        isClosed: this.closed || undefined,
-      });
+      const value = numberOf(field, field.dataset.axis === "horizontal" ? x : y, this.ends);
       return inSI(this.machine, this.#quantity(field), value);
     });
     if (values.includes(null)) return null;

@@ -50,12 +50,13 @@ export async function showBasins(panel) {
     equal: true,
   });
   drawn.setAttribute("aria-describedby", "basins-say");
-  const said = element("p", { role: "status" });
+  const spoken = element("p", { role: "status" });
   const isOne = names.length === 1 && label.every((row) => !row.includes(-1));
   const place = (column, row) =>
     `displacement ${withUnit(machine, "length", horizontal[column])}, velocity ${withUnit(machine, "velocity", vertical[row])}`;
   onPick(drawn, columns, rows, {
-    moved: (column, row) => (said.textContent = `${place(column, row)}: ${names[label[row][column]] ?? "unresolved"}`),
+    moved: (column, row) =>
+      (spoken.textContent = `${place(column, row)}: ${names[label[row][column]] ?? "unresolved"}`),
     chosen: (column, row) => {
       const displacement = rest.displacement.map(([value], mass) => (mass ? value : horizontal[column]));
       panel.choose({
@@ -73,7 +74,7 @@ export async function showBasins(panel) {
       : "The shares count these starts, those of other motions random ones of all masses.");
   byId("basins").replaceChildren(
     drawn,
-    said,
+    spoken,
     element("p", { id: "basins-say" }, text),
     element(
       "ul",

@@ -92,8 +92,8 @@ const packed = ([red, green, blue], shade = 1) =>
 const HIDDEN = packed([128, 128, 128]);
 const HIDDEN_APART = 6; // points between these lines
 
-// The pixel of each point: of a motion that is hidden, a grey line or none. Every other point of a periodic motion that is not verified is
-// dark, but in previews, which are pale.
+// The pixel of each point: of a motion that is hidden, a grey line or none. Every other point of a periodic motion that is
+// not verified is dark, but in previews, which are pale.
 function ofMotions({ labels, motion, verified, preview }, hidden, colours) {
   const shades = [1, UNVERIFIED_SHADE];
   const looks = labels.map((label) => {

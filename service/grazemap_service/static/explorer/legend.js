@@ -102,19 +102,15 @@ export class Legend {
     const text = range
       ? `${name}: ${value(range[0])} to ${value(range[1])}${range[2] ? " or more" : ""}`
       : `${name}: being computed; what is pale has no such value yet`;
-    return { text, missing: `Grey: ${missing}. Cream: no impacts; pale: motions, until the values come.` };
+    const ends = range ? [range[0], (range[0] + range[1]) / 2, range[1]].map(value) : [];
+    return { text, ends, missing: `Grey: ${missing}. Cream: no impacts; pale: motions, until the values come.` };
   }
 
   #showRamp(state, range) {
-    const { text, missing } = this.#rampOf(state, range);
+    const { text, ends, missing } = this.#rampOf(state, range);
     byId("ramp-missing").textContent = missing;
     const colours = rampOf(LAYERS[state.layer].diverging);
-    const ends = range ? [range[0], (range[0] + range[1]) / 2, range[1]] : [];
-    byId("ramp-ends").replaceChildren(
-      ...ends.map((end) =>
-        element("span", { textContent: toRead(shown(state.machine, LAYERS[state.layer].quantity, end)) }),
-      ),
-    );
+    byId("ramp-ends").replaceChildren(...ends.map((textContent) => element("span", { textContent })));
     byId("ramp").querySelector("span").style.backgroundImage = `linear-gradient(90deg, ${colours.join(", ")})`;
     byId("ramp-text").textContent = text;
   }

@@ -426,13 +426,13 @@ function open(at) {
   state.at = at;
   uncover();
   openPanel();
-  if (!isPhone()) aside();
+  if (!isPhone()) makeRoom();
   remember();
   refresh();
 }
 
 // Moves the window where the open point lies under its panel.
-function aside() {
+function makeRoom() {
   const { px } = plane.place({ x: state.at[0], y: state.at[1] });
   const beyond = px - byId("right").getBoundingClientRect().left + BESIDE;
   if (!byId("point-section").hidden && beyond > 0) plane.pan(beyond / plane.width, 0);
@@ -502,10 +502,9 @@ function refresh() {
 
 function show() {
   const seenTiles = seen();
-  const range = LAYERS[state.layer].field
-    ? rangeOf(state.layer, seenTiles, ramp.layer === state.layer && ramp.range)
-    : null;
-  ramp = { layer: state.layer, range: range ?? ramp.range };
+  if (ramp.layer !== state.layer) ramp = { layer: state.layer, range: null };
+  const range = LAYERS[state.layer].field ? rangeOf(state.layer, seenTiles, ramp.range) : null;
+  ramp.range = range ?? ramp.range;
   const motions = LAYERS[state.layer].field ? [] : shares(seenTiles, state);
   const labels = [...motions.map(({ label }) => label), ...seenTiles.flatMap((tile) => tile.labels)];
   if (motions.length) colours.see([...new Set(labels)]);

@@ -112,7 +112,7 @@ async function pictureOf(view) {
 export function offer(now) {
   let again = null; // saves a picture as the last one
   let waiting = null; // the same, when all tiles are there
-  const said = (error) => {
+  const tell = (error) => {
     byId("copied").textContent = error.message;
   };
   byId("save-later").addEventListener("click", () => {
@@ -129,7 +129,7 @@ export function offer(now) {
       try {
         await task(now());
       } catch (error) {
-        said(error);
+        tell(error);
       }
     });
   const place = ["localhost", "127.0.0.1", "[::1]"].includes(location.hostname)
@@ -151,7 +151,7 @@ export function offer(now) {
   const savePicture = (kind, blobOf) =>
     on(`save-${kind}`, async (view) => {
       await savedPicture(view);
-      again = () => savedPicture(now()).catch(said);
+      again = () => savedPicture(now()).catch(tell);
       byId("save-later").hidden = !partOf(view.tiles).name;
 
       async function savedPicture(seen) {
@@ -182,7 +182,7 @@ export function offer(now) {
       waiting?.();
       waiting = null;
     },
-    // To be called when another view is shown; returns what is to be said of a picture that is not saved then.
+    // To be called when another view is shown; returns what the page tells of a picture that is not saved then.
     dropped: () => {
       if (!waiting) return "";
       waiting = null;
