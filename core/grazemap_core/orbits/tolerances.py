@@ -145,8 +145,9 @@ little restitution the contact that excludes most may be close to the impact; ea
 PHASE_HALVINGS: Final = 64
 """Maximum number of bisection steps between two phases: 53 reach round-off."""
 
-NEXT_STEP: Final = 1.2
-"""Steps within which an impact velocity that falls linearly must reach zero: one, with a margin for its curvature."""
+SLOW_SHARE: Final = 10.0 * GRAZE_OFFSET
+"""Speed of an impact at or below which a curve that ends has come to a graze, as a share of the greatest derivative of
+the speed with the phase: 2 pi GRAZE_OFFSET, up to which grids of phases reach, with a margin."""
 
 RANDOM_STATES: Final = 24
 """Number of initial states from which a motion with given stops is looked for, besides rest. A motion whose basin is a

@@ -69,9 +69,40 @@ def orbits_near(oscillator, omega, gap, piece, index):
     return [periodic_orbit(oscillator, omega, gap, sequence) for sequence in near]
 
 
+def test_a_piece_reaches_the_edge_of_the_window_or_the_next_piece():
+    """However few frequencies sample a steep curve."""
+    ends = set()
+    for oscillator in (DEFAULT, random_chain(np.random.default_rng(2), 2, True, 0.7)):
+        steady = grazing_curve(oscillator, [0.28]).clearance[0]
+        edges = 0.5 * steady, 1.5 * steady
+        pieces = window_curves(oscillator, (0.26, 0.30), edges, 3, 12)
+        for piece in pieces:
+            for place, end in zip((0, -1), piece.ends, strict=True):
+                omega, value = piece.omega[place], piece.value[place]
+                ends.add(end)
+                if end == "window":
+                    assert omega in (0.26, 0.30) or min(abs(value / edge - 1.0) for edge in edges) < 1e-7
+                elif end == "admissible":
+                    assert any(
+                        other.omega[-1 - place] == pytest.approx(omega, rel=1e-9)
+                        and other.value[-1 - place] == pytest.approx(value, rel=1e-9)
+                        for other in pieces
+                        if other.type == piece.type and other.ends[-1 - place] == "admissible"
+                    )
+    assert ends >= {"window", "admissible", "grazing"}
+
+
+def test_a_coarse_sample_has_the_ends_of_a_fine_sample():
+    coarse, fine = (window_curves(DEFAULT, *WINDOW, 2, points) for points in (50, 600))
+    for piece, finer in zip(coarse, fine, strict=True):
+        assert (piece.type, piece.period, piece.ends) == (finer.type, finer.period, finer.ends)
+        for place in (0, -1):
+            assert piece.omega[place] == pytest.approx(finer.omega[place], rel=1e-7)
+            assert piece.value[place] == pytest.approx(finer.value[place], rel=1e-7)
+
+
 def test_curves_leave_the_grazing_curve_at_its_resonant_points(pieces):
     points = codimension_two_points(DEFAULT, 0.26, 0.30, max_multiple=2)
-    step = 0.04 / 399
     leaving = [
         (piece, piece.omega[place])
         for piece in pieces
@@ -84,7 +115,7 @@ def test_curves_leave_the_grazing_curve_at_its_resonant_points(pieces):
             point.kind == "resonant"
             and point.bifurcation == piece.type
             and (point.multiple, point.symmetric) == (piece.period, piece.symmetric)
-            and abs(point.omega - omega) <= step
+            and abs(point.omega - omega) <= 1e-9 * omega
             for point in points
         ), (piece.type, omega)
     # and at every one of them whose curve begins inside the window
@@ -93,7 +124,7 @@ def test_curves_leave_the_grazing_curve_at_its_resonant_points(pieces):
         if not point.unfolding.velocity_slope > 0.0 or point.clearance > 2.04:
             continue
         assert any(
-            piece.type == point.bifurcation and abs(piece_omega - point.omega) <= step for piece, piece_omega in leaving
+            piece.type == point.bifurcation and abs(piece_omega - point.omega) <= 1e-9 for piece, piece_omega in leaving
         ), point
 
 

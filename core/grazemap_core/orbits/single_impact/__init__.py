@@ -8,5 +8,6 @@ In the order in which they build on each other:
 `curves` : special orbits at successive frequencies, joined to curves.
 `fixed_stop_curves` : curves where the stop of the impact is fixed, and the other one varies.
 `curve_parameter` : the clearance, or the factor of the forces or of the bias, that belongs to a gap.
+`curve_ends` : where pieces of curves in a window end, between two frequencies.
 `window_curves` : the curves inside a window, cut into pieces.
 """

@@ -47,13 +47,10 @@ class OneImpactCurve:
         return replace(self, clearance=self.clearance + offset)
 
 
-def explicit_curves(motions: StopMotions) -> dict[str, list[OneImpactCurve]]:
-    """Return the curves of special orbits by type, with their gaps, from the orbits at increasing frequencies (m,)."""
-    frame = turning_frame(motions)
-    return {
-        kind: (_joined_single if motions.has_at_most_one(kind) else joined)(motions.special(kind), frame)
-        for kind in motions.types
-    }
+def explicit_curves(motions: StopMotions, kind: str) -> list[OneImpactCurve]:
+    """Return the curves of special orbits of a type, with their gaps, from orbits at increasing frequencies (m,)."""
+    join = _joined_single if motions.has_at_most_one(kind) else joined
+    return join(motions.special(kind), turning_frame(motions))
 
 
 def _joined_single(points: list[SpecialOrbit], frame: Floats) -> list[OneImpactCurve]:
@@ -69,7 +66,7 @@ def _joined_single(points: list[SpecialOrbit], frame: Floats) -> list[OneImpactC
         last = curves[-1].get(i - 1) if curves else None
         if last is None or (
             last.gap * orbit.gap <= 0.0
-            and _angle(orbit.phase + frame[i] - last.phase - frame[i - 1]) > SAME_CURVE_PHASE
+            and angle_between(orbit.phase + frame[i], last.phase + frame[i - 1]) > SAME_CURVE_PHASE
         ):
             curves.append({})
         curves[-1][i] = orbit
@@ -91,7 +88,7 @@ def joined(points: Sequence[SpecialOrbit], frame: Floats) -> list[OneImpactCurve
         by_row[orbit.row].append(orbit)
     for i, here in enumerate(by_row):
         apart = sorted(
-            (_angle(orbit.phase + frame[i] - curves[k][i - 1].phase - frame[i - 1]), k, j)
+            (angle_between(orbit.phase + frame[i], curves[k][i - 1].phase + frame[i - 1]), k, j)
             for k in ends
             for j, orbit in enumerate(here)
             if orbit.stop == curves[k][i - 1].stop
@@ -125,5 +122,6 @@ def _curve(points: dict[int, SpecialOrbit], size: int) -> OneImpactCurve:
     return OneImpactCurve(filled("gap"), filled("speed"), admissible, undecided, stop, filled("phase"))
 
 
-def _angle(difference: float) -> float:
-    return abs(math.remainder(difference, 2.0 * math.pi))
+def angle_between(first: float, second: float) -> float:
+    """Return the angle between two phases."""
+    return abs(math.remainder(first - second, 2.0 * math.pi))

@@ -55,8 +55,8 @@ def lines(motions: StopMotions, gap: float) -> Iterator[FrequencyLine]:
     the frequencies are missed.
     """
     omega = motions.orbits.omega.tolist()
-    for kind, curves in explicit_curves(motions).items():
-        for curve in curves:
+    for kind in motions.types:
+        for curve in explicit_curves(motions, kind):
             apart = curve.clearance - gap
             for i in np.flatnonzero(apart[1:] * apart[:-1] <= 0.0).tolist():
                 ends = [(omega[k], float(curve.clearance[k])) for k in (i, i + 1)]
@@ -79,7 +79,7 @@ def _between(
     (low, first), (high, last) = start, end
 
     def special(frequency: float) -> tuple[StopMotions, SpecialOrbit]:
-        here, expected = motions.at(frequency), first + (frequency - low) / (high - low) * (last - first)
+        here, expected = motions.over(np.array([frequency])), first + (frequency - low) / (high - low) * (last - first)
         orbit = min(here.special(kind), key=lambda orbit: abs(orbit.gap - expected), default=None)
         if orbit is None:
             raise _CurveEnds

@@ -35,7 +35,7 @@ from grazemap_core.orbits.kernels.one_impact_contacts import (
 from grazemap_core.orbits.single_impact.harmonics import Harmonics, Places
 from grazemap_core.orbits.single_impact.orbits import OneImpactOrbits
 from grazemap_core.orbits.states import stable_beside
-from grazemap_core.orbits.tolerances import GRAZE_OFFSET, GRAZE_PHASES, ORBIT_FLOOR
+from grazemap_core.orbits.tolerances import GRAZE_OFFSET, GRAZE_PHASES, ORBIT_FLOOR, SLOW_SHARE
 from grazemap_core.records import NamedTuple
 
 
@@ -120,9 +120,9 @@ class StopMotions:
             contact=contact_scratch(1, len(self.family.response.decay)),
         )
 
-    def at(self, omega: float) -> StopMotions:
-        """Return the orbits at another frequency."""
-        return StopMotions([self.family.at(omega)], self.stop, self.other)
+    def over(self, omega: Floats) -> StopMotions:
+        """Return the orbits at other frequencies (m,)."""
+        return StopMotions(self.family.over(omega), self.stop, self.other)
 
     @property
     def stop(self) -> int:
@@ -200,6 +200,12 @@ class StopMotions:
         real, imaginary, matrix = np.empty((count, size)), np.empty((count, size)), np.empty((size, size))
         multipliers_at(self._motions, *places, real, imaginary, newton_scratch(1), matrix, self._scratch)
         return stable_beside(kind, real + 1j * imaginary)
+
+    def graze(self, places: Places) -> Booleans:
+        """Return whether the orbits at phases (p,) strike the stop so slowly that a curve has come to a graze there."""
+        speeds = self.orbits.speeds
+        steepest = np.abs(speeds.amplitudes) @ speeds.orders
+        return np.asarray(np.abs(speeds.at(*places)) <= SLOW_SHARE * steepest[places.rows])
 
     def orbits_at(self, places: Places) -> list[SpecialOrbit]:
         """Return the orbits at phases (p,). Raises as `contacts`."""

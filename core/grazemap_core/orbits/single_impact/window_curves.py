@@ -10,8 +10,9 @@ alone are lines of constant frequency.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from grazemap_core.model.equilibrium import contact_equilibrium
 from grazemap_core.model.oscillator import Oscillator
 from grazemap_core.model.own_period import in_own_period
 from grazemap_core.orbits.family import OrbitFamily
+from grazemap_core.orbits.single_impact.curve_ends import CurvePoints, CurvesAt, End, Interval, narrowed
 from grazemap_core.orbits.single_impact.curve_parameter import CurveParameter, MovedGaps, VariedFactor, moved_gaps
 from grazemap_core.orbits.single_impact.curves import OneImpactCurve, explicit_curves
 from grazemap_core.orbits.single_impact.fixed_stop_curves import (
@@ -33,7 +35,6 @@ from grazemap_core.orbits.single_impact.fixed_stop_curves import (
 )
 from grazemap_core.orbits.single_impact.harmonics import Places
 from grazemap_core.orbits.single_impact.special_orbits import ABSENT, ALIKE, StopMotions
-from grazemap_core.orbits.tolerances import NEXT_STEP
 from grazemap_core.records import dataclass
 
 BOTH_STOPS = VariedStop(1, together=True)
@@ -62,7 +63,7 @@ class CurvePiece:
     stop: int
     """GR only, else 0: the stop of the further contact, +1 right and -1 left."""
     omega: Floats
-    """(m,) Forcing frequencies, m >= 2."""
+    """(m,) Forcing frequencies, m >= 2: some of those across the window, and those of the ends."""
     value: Floats
     """(m,) Values of the parameter that varies."""
     impact_velocity: Floats
@@ -89,20 +90,18 @@ class _PieceMotion:
     """As in `CurvePiece`."""
 
 
+STEADY = _PieceMotion(1, -1, -1)
+"""The steady motion, which strikes no stop."""
+
+
 @dataclass(frozen=True, eq=False)
 class _Window:
     """A window of frequencies and of the parameter that varies."""
 
     omega: Floats
     """Frequencies across the window."""
-    low: float
-    """Start of the interval of the parameter."""
-    high: float
-    """End of this interval."""
-
-    def contains(self, values: Floats) -> Booleans:
-        with np.errstate(invalid="ignore"):
-            return np.asarray(np.isfinite(values) & (self.low <= values) & (values <= self.high))
+    values: Interval
+    """The values of the parameter."""
 
 
 @in_own_period
@@ -128,7 +127,7 @@ def window_curves(
     max_multiple : int
         >= 1; symmetric motions have odd multiples only.
     points : int
-        Frequencies across the window, >= 2.
+        Frequencies across the window, >= 2; between two of them the ends of pieces are solved for.
     varied : VariedStop or VariedFactor
         What varies: the clearance of a stop, or of both (`together`), or a factor.
 
@@ -150,7 +149,7 @@ def window_curves(
             raise ParameterError(name, f"start must be {required}, both finite")
     checked_order("max_multiple", max_multiple, 1)
     checked_order("points", points, 2)
-    window = _Window(np.linspace(*omega, points), *values)
+    window = _Window(np.linspace(*omega, points), Interval(*values))
     if _are_symmetric(oscillator, varied):
         return list(_between_symmetric(oscillator, window, max_multiple, varied))
     return [*_between_others(oscillator, window, max_multiple, varied), *_grazing(oscillator, window, varied)]
@@ -197,17 +196,41 @@ def _between_others(
             motions, gap = StopMotions(families, stop, ABSENT), varied.other - stop * place
             for line in lines(motions, gap):
                 yield from _of_line(line.moved(-stop * place), window, motion)
-            for curve in contacts_with_varied(motions, gap):
-                yield from _pieces("GR", curve.moved(-stop * place), window, motion, motions)
+            touching = partial(_touching, gap=gap, offset=-stop * place)
+            yield from _pieces_of_motions("GR", motions, touching, window, motion)
+
+
+def _touching(motions: StopMotions, gap: float, offset: float) -> list[OneImpactCurve]:
+    """Return the curves on which motions that strike a stop fixed at a gap touch the other one."""
+    return [curve.moved(offset) for curve in contacts_with_varied(motions, gap)]
 
 
 def _explicit_pieces(
     motions: StopMotions, gaps: MovedGaps, window: _Window, motion: _PieceMotion
 ) -> Iterator[CurvePiece]:
     """Yield the pieces of the curves of special orbits, from the orbits at the frequencies of a window."""
-    for kind, curves in explicit_curves(motions).items():
-        for curve in curves:
-            yield from _pieces(kind, _over(curve, gaps), window, motion, motions)
+    for kind in motions.types:
+        yield from _pieces_of_motions(kind, motions, partial(_explicit, kind=kind, gaps=gaps), window, motion)
+
+
+def _explicit(motions: StopMotions, kind: str, gaps: MovedGaps) -> list[OneImpactCurve]:
+    """Return the curves of special orbits of a type, over a parameter."""
+    return [_over(curve, gaps) for curve in explicit_curves(motions, kind)]
+
+
+def _pieces_of_motions(
+    kind: str,
+    motions: StopMotions,
+    curves_of: Callable[[StopMotions], list[OneImpactCurve]],
+    window: _Window,
+    motion: _PieceMotion,
+) -> Iterator[CurvePiece]:
+    """Yield the pieces of the curves of a type, which `curves_of` returns of motions at any frequencies."""
+
+    def curves_at(here: StopMotions) -> CurvesAt:
+        return CurvesAt(here.orbits.omega, curves_of(here), partial(here.are_stable_beside, kind), here.graze)
+
+    return _pieces(kind, curves_at(motions), lambda omega: curves_at(motions.over(omega)), window, motion)
 
 
 def _stops(varied: CurveParameter) -> tuple[int, ...]:
@@ -226,65 +249,85 @@ def _over(curve: OneImpactCurve, gaps: MovedGaps) -> OneImpactCurve:
 
 def _grazing(oscillator: Oscillator, window: _Window, varied: CurveParameter) -> Iterator[CurvePiece]:
     """Yield the curves on which the steady motion touches a stop; not admissible where it is beyond the other stop."""
-    steady = _PieceMotion(1, -1, -1)
     if isinstance(varied, VariedFactor):
         for stop in _stops(varied):
-            yield from _pieces("GR", _graze(oscillator, window, varied, stop), window, steady)
+            yield from _pieces_of_steady(partial(_graze, oscillator, varied=varied, stop=stop), window)
         return
     each = [VariedStop(stop, together=True) for stop in (1, -1)] if varied.together else [varied]
     for varied_stop in each:
-        curve = varied_graze(oscillator, window.omega, varied_stop)
-        if curve is not None:
-            yield from _pieces("GR", curve, window, steady)
+        yield from _pieces_of_steady(partial(varied_graze, oscillator, varied=varied_stop), window)
     if not varied.together and varied.other is not None:
         for line in graze_lines(oscillator, window.omega, varied):
-            yield from _of_line(line, window, steady)
+            yield from _of_line(line, window, STEADY)
 
 
-def _graze(oscillator: Oscillator, window: _Window, varied: VariedFactor, stop: int) -> OneImpactCurve:
+def _pieces_of_steady(curve_at: Callable[[Floats], OneImpactCurve | None], window: _Window) -> Iterator[CurvePiece]:
+    """Yield the pieces of a curve on which the steady motion, which attracts, touches a stop, if there is one."""
+
+    def always(places: Places) -> Booleans:
+        return np.ones(len(places.rows), dtype=np.bool_)
+
+    def curves_at(omega: Floats) -> CurvesAt:
+        curve = curve_at(omega)
+        return CurvesAt(omega, [] if curve is None else [curve], *2 * [always])
+
+    return _pieces("GR", curves_at(window.omega), curves_at, window, STEADY)
+
+
+def _graze(oscillator: Oscillator, omega: Floats, varied: VariedFactor, stop: int) -> OneImpactCurve:
     """Return the curve on which the steady motion touches a stop, over a factor."""
     gaps = moved_gaps(oscillator, varied, stop)
     assert gaps is not None  # a factor moves both stops
-    motion = steady_motion(oscillator, window.omega)
+    motion = steady_motion(oscillator, omega)
     gap, other = (motion.toward(side).amplitude for side in (stop, -stop))
     admissible = ~(gaps.other.fixed + gaps.other.by_gap * gap < other)
     return _over(OneImpactCurve.of_grazes(gap, admissible, stop), gaps)
 
 
 def _pieces(
-    kind: str, curve: OneImpactCurve, window: _Window, motion: _PieceMotion, motions: StopMotions | None = None
+    kind: str, sampled: CurvesAt, curves_at: Callable[[Floats], CurvesAt], window: _Window, motion: _PieceMotion
 ) -> Iterator[CurvePiece]:
-    """Yield the pieces of a curve of some motions; of the steady motion, which attracts, without them."""
-    for members in _runs(window.contains(curve.clearance) & ~curve.undecided, curve.admissible, curve.stop):
-        if len(members) < 2:
+    """Yield the pieces of the curves of a type of some motions, from their samples at the frequencies of a window."""
+    runs = [(curve, members) for curve in sampled.curves for members in _runs(curve, window.values)]
+    ends = [
+        End(sampled, curve, int(members[place]), step, float(window.omega[members[place]]))
+        for curve, members in runs
+        for place, step in ((0, -1), (-1, 1))
+    ]
+    narrow = narrowed(ends, curves_at, window.values)
+    reasons = [_reason(end, finer, window.values) for end, finer in zip(ends, narrow, strict=True)]
+    for i, (curve, members) in enumerate(runs):
+        first, last = narrow[2 * i : 2 * i + 2]
+        points = CurvePoints.joined([first.points(), CurvePoints.of(sampled, curve, members), last.points()])
+        if len(points.omega) < 2:
             continue
-        first, last = int(members[0]), int(members[-1])
-        places = Places(curve.phase[members], members)
-        stable = np.ones(len(members), dtype=np.bool_) if motions is None else motions.are_stable_beside(kind, places)
         yield CurvePiece(
             type=kind,
             period=motion.period,
             impacts_right=motion.impacts_right,
             impacts_left=motion.impacts_left,
             symmetric=motion.symmetric,
-            admissible=bool(curve.admissible[first]),
-            stop=int(curve.stop[first]),
-            omega=window.omega[members],
-            value=curve.clearance[members],
-            impact_velocity=curve.impact_velocity[members],
-            stable_beside=stable,
-            ends=(_end(curve, window, first, -1), _end(curve, window, last, 1)),
+            admissible=bool(curve.admissible[members[0]]),
+            stop=int(curve.stop[members[0]]),
+            **points._asdict(),
+            ends=(reasons[2 * i], reasons[2 * i + 1]),
         )
+
+
+def _reason(sampled: End, narrow: End, values: Interval) -> str:
+    """Return why a piece ends. Between orbits that are admissible and others there is a little that is undecided."""
+    reason = narrow.reason(values)
+    return "admissible" if reason == "undecided" and sampled.reason(values) == "admissible" else reason
 
 
 def _of_line(line: FrequencyLine, window: _Window, motion: _PieceMotion) -> Iterator[CurvePiece]:
     """Yield the pieces of a line of constant frequency: the part that is admissible, and the part that is not."""
-    cut = min(max(line.reach, window.low), window.high) if line.admissible else window.high
-    for admissible, low, high in ((False, window.low, cut), (True, cut, window.high)):
+    cut = min(max(line.reach, window.values.low), window.values.high) if line.admissible else window.values.high
+    for admissible, low, high in ((False, window.values.low, cut), (True, cut, window.values.high)):
         if low < high:
             ends = (
-                "window" if low == window.low else "admissible",
-                "window" if high == window.high else "admissible",
+                "window" if low == window.values.low else "admissible",
+                "window" if high == window.values.high else "admissible",
             )
             yield CurvePiece(
                 type=line.type,
@@ -302,27 +345,10 @@ def _of_line(line: FrequencyLine, window: _Window, motion: _PieceMotion) -> Iter
             )
 
 
-def _runs(inside: Booleans, admissible: Booleans, stop: Integers) -> list[Integers]:
-    """Return the runs of neighbouring points that are inside and alike."""
-    places = np.flatnonzero(inside)
+def _runs(curve: OneImpactCurve, values: Interval) -> list[Integers]:
+    """Return the runs of neighbouring points that are decided, inside a window and alike."""
+    places = np.flatnonzero(values.contains(curve.clearance) & ~curve.undecided)
     if not places.size:
         return []
-    cut = (np.diff(places) > 1) | (np.diff(admissible[places]) != 0) | (np.diff(stop[places]) != 0)
+    cut = (np.diff(places) > 1) | (np.diff(curve.admissible[places]) != 0) | (np.diff(curve.stop[places]) != 0)
     return np.split(places, np.flatnonzero(cut) + 1)
-
-
-def _end(curve: OneImpactCurve, window: _Window, place: int, step: int) -> str:
-    """Return why a piece ends after its last point in one direction."""
-    beyond = place + step
-    if not 0 <= beyond < len(window.omega):
-        return "window"
-    if curve.undecided[beyond]:
-        return "undecided"
-    if np.isfinite(curve.clearance[beyond]):
-        return "admissible" if window.low <= curve.clearance[beyond] <= window.high else "window"
-    # where a curve leaves the grazing curve, its impact velocity falls linearly to zero within a step
-    before = place - step
-    if not 0 <= before < len(window.omega):
-        return "none"
-    here, fallen = curve.impact_velocity[place], curve.impact_velocity[before] - curve.impact_velocity[place]
-    return "grazing" if here <= NEXT_STEP * fallen else "none"
