@@ -404,10 +404,10 @@ def share_text(share: float) -> str:
 
 
 def chance_text(kind: str, chance: ChanceToSettle | None) -> str:
-    """Return the second line of the legend entry of chaotic motions, which says how many settle later; else ""."""
+    """Return the end of the legend entry of chaotic motions, which says how many settle when followed; else ""."""
     if chance is None or kind != "chaotic":
         return ""
-    return f"\n{chance.settled} of {chance.sampled} settle within {chance.run_on} periods"
+    return f", {chance.settled} of {chance.sampled} settle later"
 
 
 def legend_square(ax: Axes, colour: str, text: str, edge: float = 0.4) -> None:

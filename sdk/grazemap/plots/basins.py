@@ -19,7 +19,7 @@ from grazemap.plots.axes import (
     share_text,
 )
 from grazemap.plots.hatching import hatch_sensitive
-from grazemap.plots.palette import OTHER, PAPER, UNRESOLVED, motion_colours, motion_text
+from grazemap.plots.palette import OTHER, PAPER, UNRESOLVED, entry_text, motion_colours
 from grazemap.plots.wordings import unit_wording
 from grazemap.results import BasinFractions, Basins, ChanceToSettle, MotionShare
 from grazemap.wire import BasinCoordinate
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 @draws(Basins, width=9.0, height=6.5)
-def plot_basins(result: Basins, drawing: Drawing, colours: Mapping[str, str] | None) -> Axes:
+def plot_basins(result: Basins, drawing: Drawing, colours: Mapping[str, str] | None, hatching: bool) -> Axes:
     """Draw the rectangle of initial states; the legend names the attractors with their shares."""
     from matplotlib.colors import ListedColormap
 
@@ -58,7 +58,8 @@ def plot_basins(result: Basins, drawing: Drawing, colours: Mapping[str, str] | N
         vmax=len(shown) - 0.5,
         rasterized=True,
     )
-    hatch_sensitive(pen, result.horizontal, result.vertical, result.sensitive)
+    if hatching:
+        hatch_sensitive(pen, result.horizontal, result.vertical, result.sensitive)
     drawing.show_legend(handlelength=1.4, labelspacing=0.35)
     return ax
 
@@ -105,6 +106,6 @@ def _texts(motions: Sequence[MotionShare], chance: ChanceToSettle | None) -> lis
     for motion in motions:
         seen[motion.label] += 1
         which = f", {seen[motion.label]}" if seen[motion.label] > 1 else ""
-        text = f"{motion_text(motion)}{which} ({share_text(motion.share)}){chance_text(motion.kind, chance)}"
+        text = f"{entry_text(motion)}{which} ({share_text(motion.share)}){chance_text(motion.kind, chance)}"
         texts.append(text)
     return texts

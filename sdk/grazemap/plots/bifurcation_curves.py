@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +19,8 @@ from grazemap.wire import Oscillator
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+_MOST_ENTRIES = 8
+"""Most entries of a legend that each are of a type and a motion, unless types and motions apart are no fewer."""
 _THIN = 0.4
 """Share of the width of a line where no motion beside it is stable."""
 
@@ -63,14 +65,23 @@ def draw_bifurcation_curves(
         for shown_points, share in ((None, _THIN), (stable, 1.0)):
             across, up = smooth_line(path, path[:, :2], shown_points).T
             pen.plot(across, up, **line, **curve_style(curve.type, share * width, halo))
-    only = f" of {label_text(next(iter(dashes)))}" if len(dashes) == 1 else ""
-    for type in (name for name in BIFURCATIONS if any(curve.type == name for curve, _ in shown)):
-        pen.plot([], [], label=BIFURCATIONS[type][2] + only, **curve_style(type, 1.6, halo=False))
+    _explain(pen, {(curve.type, curve.motion): None for curve, _ in shown}, dashes)
     if not all(np.all(curve.stable_beside) for curve, _ in shown):
         pen.plot([], [], color=ANY_COLOUR, linewidth=_THIN * 1.6, label="thin: unstable on both sides")
-    for motion, number in () if only else dashes.items():
-        style = {"color": ANY_COLOUR, "linestyle": dash(number), "linewidth": 1.6}
-        pen.plot([], [], label=f"of {label_text(motion)}", **style)
+
+
+def _explain(pen: Pen, shown: Collection[tuple[str, str]], dashes: Mapping[str, int]) -> None:
+    """Give the types and motions of curves entries in the legend; if there are many, types and motions apart."""
+    types = [name for name in BIFURCATIONS if any(type == name for type, _ in shown)]
+    if len(shown) <= max(_MOST_ENTRIES, len(types) + len(dashes)):
+        for type, motion in sorted(shown, key=lambda pair: (types.index(pair[0]), dashes[pair[1]])):
+            style = curve_style(type, 1.6, halo=False) | {"linestyle": dash(dashes[motion])}
+            pen.plot([], [], label=f"{BIFURCATIONS[type][2]} of {label_text(motion)}", **style)
+        return
+    for type in types:
+        pen.plot([], [], label=BIFURCATIONS[type][2], **curve_style(type, 1.6, halo=False))
+    for motion, number in dashes.items():
+        pen.plot([], [], label=f"of {label_text(motion)}", color=ANY_COLOUR, linestyle=dash(number), linewidth=1.6)
 
 
 def _path(curve: BifurcationCurve, result: BifurcationCurves) -> NDArray[np.float64]:

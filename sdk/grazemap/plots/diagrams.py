@@ -17,7 +17,7 @@ from grazemap.plots.axes import (
     point_text,
     quantity_label,
 )
-from grazemap.plots.palette import INK, OTHER, is_light, motion_colours, motion_text
+from grazemap.plots.palette import INK, OTHER, entry_text, is_light, motion_colours
 from grazemap.plots.trajectory import mass_of
 from grazemap.results import BifurcationDiagram
 from grazemap.results.observables import Quantity
@@ -65,7 +65,7 @@ def plot_bifurcation_diagram(
         (
             label_of_point == names[i],
             colour,
-            f"{motion_text(motion)} ({_values(counts[i])}){chance_text(motion.kind, result.chance_to_settle)}",
+            f"{entry_text(motion)} ({_values(counts[i])}){chance_text(motion.kind, result.chance_to_settle)}",
         )
         for i, colour, motion in coloured
     ]

@@ -106,11 +106,21 @@ def motion_text(motion: Motion | MotionShare) -> str:
     return label_text(motion.label or motion.kind)
 
 
+def is_without_impacts(motion: Motion | MotionShare) -> bool:
+    """Return whether a motion touches no stop."""
+    return motion.impacts_right == motion.impacts_left == -1
+
+
+def entry_text(motion: Motion | MotionShare) -> str:
+    """Return the label of a motion for a legend, which says of a motion without impacts that it has none."""
+    return f"no impacts, {motion_text(motion)}" if is_without_impacts(motion) else motion_text(motion)
+
+
 def label_text(label: str) -> str:
     """Return a label n-p_r-q_l in plain text with subscripts, as mathtext; other texts as they are."""
 
     def subscripts(match: re.Match[str]) -> str:
         period, right, left = (count.replace("∞", r"\infty") for count in match.groups())
-        return f"{period}-${right}_r$-${left}_l$"
+        return rf"{period}-${right}_\mathrm{{r}}$-${left}_\mathrm{{l}}$"
 
     return _LABEL.sub(subscripts, label)

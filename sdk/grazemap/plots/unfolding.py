@@ -14,7 +14,7 @@ from grazemap.plots.hatching import hatch_sensitive
 from grazemap.plots.layout import Name
 from grazemap.plots.map_axes import describe_map, draw_curves_and_points, leave_out_of_legend
 from grazemap.plots.observables import plot_over_plane
-from grazemap.plots.palette import INK, OTHER, PAPER, hexadecimal, is_dark, motion_text
+from grazemap.plots.palette import INK, OTHER, PAPER, entry_text, hexadecimal, is_dark, is_without_impacts, motion_text
 from grazemap.plots.pen import Pen
 from grazemap.results import (
     BifurcationCurves,
@@ -49,6 +49,7 @@ def plot_unfolding_map(
     motions: int,
     colours: Mapping[str, str] | None,
     merge_mirror_images: bool,
+    hatching: bool = True,
     title: str | None = None,
     overlay: Callable[[Pen], None] | None = None,
     margins: bool = True,
@@ -70,7 +71,8 @@ def plot_unfolding_map(
     shown = {motion: coloured[motion] for motion in sorted(coloured, key=_place_in_legend)}
     pen = describe_map(umap, drawing, _title(umap) if title is None else title)
     shares_of_entries = _draw_regions(pen, umap, shown, [motion for motion in shares if motion not in shown])
-    hatch_sensitive(pen, umap.horizontal, umap.vertical, umap.sensitive)
+    if hatching:
+        hatch_sensitive(pen, umap.horizontal, umap.vertical, umap.sensitive)
     if drawing.labels:
         for motion, colour in shown.items():
             if motion.kind == "periodic":
@@ -123,7 +125,7 @@ def _draw_regions(
 ) -> dict[str, float]:
     """Draw the regions, and return the entries of the legend with their shares."""
     entries = {
-        f"{motion_text(motion)}{_images(motion)} ({share_text(motion.share)})"
+        f"{entry_text(motion)}{_images(motion)} ({share_text(motion.share)})"
         f"{chance_text(motion.kind, umap.chance_to_settle)}": motion.share
         for motion in shown
     }
@@ -177,7 +179,7 @@ def _name_region(drawing: Drawing, pen: Pen, umap: UnfoldingMap, motion: MotionS
     name = pen.text(
         float(umap.horizontal[column]),
         float(umap.vertical[row]),
-        motion_text(motion),
+        "no impacts" if is_without_impacts(motion) else motion_text(motion),
         ha="center",
         va="center",
         fontsize=8,

@@ -165,13 +165,18 @@ class Basins(
 
     @picture
     def plot(
-        self, ax: Axes | None = None, *, colours: Mapping[str, str] | None = None, **options: Unpack[PictureOptions]
+        self,
+        ax: Axes | None = None,
+        *,
+        colours: Mapping[str, str] | None = None,
+        hatching: bool = True,
+        **options: Unpack[PictureOptions],
     ) -> Axes:
         """Draw the rectangle, every state in the colour of the motion that it leads to.
 
-        `colours` gives colours by label or kind.
+        `colours` gives colours by label or kind. `hatching` marks the sensitive states.
         """
-        return draw(self, ax, options, colours=colours)
+        return draw(self, ax, options, colours=colours, hatching=hatching)
 
     def _summary(self) -> str:
         rows, columns = self.label.shape

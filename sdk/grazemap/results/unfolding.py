@@ -450,6 +450,7 @@ class UnfoldingMap(
         motions: int = COLOURED,
         colours: Mapping[str, str] | None = None,
         merge_mirror_images: bool = False,
+        hatching: bool = True,
         **options: Unpack[PictureOptions],
     ) -> Axes:
         """Draw the regions of the motions with a legend, and the curves and codimension-two points that are given.
@@ -457,8 +458,9 @@ class UnfoldingMap(
         With a `quantity`, an observable such as "dissipated_power" or an output such as "spring_rms", its values are
         drawn instead, with a scale; grey where there are none. `motions` is the number of motions with a colour.
         `colours` gives colours by label or kind, such as those of another map (`other.colours()`).
-        `merge_mirror_images` is that of the method `motions`. Raises TypeError for other results, and ValueError for a
-        quantity that the request did not ask for, and for bifurcation curves of another plane.
+        `merge_mirror_images` is that of the method `motions`. `hatching` marks the sensitive points. Raises
+        TypeError for other results, and ValueError for a quantity that the request did not ask for, and for bifurcation
+        curves of another plane.
         """
         if quantity is not None and not isinstance(quantity, str):
             quantity, ax = None, quantity
@@ -484,6 +486,7 @@ class UnfoldingMap(
             motions=motions,
             colours=colours,
             merge_mirror_images=merge_mirror_images,
+            hatching=hatching,
         )
 
     @picture

@@ -275,13 +275,22 @@ class UnfoldingDiagram(Result, process="unfolding-diagrams", roles=UnfoldingMap.
         motions: int = COLOURED,
         colours: Mapping[str, str] | None = None,
         merge_mirror_images: bool = False,
+        hatching: bool = True,
         **options: Unpack[PictureOptions],
     ) -> Axes:
         """Draw the regions of the motions, the curves that explain their borders, the grazing curve and its points.
 
-        `motions`, `colours` and `merge_mirror_images` are those of `UnfoldingMap.plot`.
+        `motions`, `colours`, `merge_mirror_images` and `hatching` are those of `UnfoldingMap.plot`.
         """
-        return draw(self, ax, options, motions=motions, colours=colours, merge_mirror_images=merge_mirror_images)
+        return draw(
+            self,
+            ax,
+            options,
+            motions=motions,
+            colours=colours,
+            merge_mirror_images=merge_mirror_images,
+            hatching=hatching,
+        )
 
     def _one_label_each(self) -> NDArray[np.str_]:
         """Return the label of every point. Mirror images that are motions share a label, with more impacts first."""
