@@ -369,6 +369,13 @@ def test_words_of_the_field_lead_to_the_glossary(small: Watched, url: str) -> No
     expect(page.locator("#multipliers a")).to_be_visible(timeout=WAIT)
     page.locator("#ask-branch").click()
     expect(page.locator("#branch a")).to_be_visible(timeout=WAIT)
+    # its points are read by arrow keys and with the pointer
+    chart, spoken = page.locator("#branch svg"), page.locator("#branch [role=status]")
+    chart.press("ArrowRight")
+    expect(spoken).to_have_text(re.compile(r"^clearance [\d.]+: impact speed [\d.]+, (un)?stable|not admissible$"))
+    by_key = spoken.inner_text()
+    chart.hover()
+    expect(spoken).not_to_have_text(by_key)
     links += page.locator("#point-section a.term").evaluate_all("(links) => links.map(({ href }) => href)")
     assert len(set(links)) >= 9
     sections = re.split("^## ", (DOCS / "glossary.md").read_text(), flags=re.MULTILINE)

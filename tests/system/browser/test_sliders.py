@@ -46,6 +46,25 @@ def recoloured(before: Any, after: Any) -> float:
     return float(np.mean(is_motion & np.any(after != before, axis=2)))
 
 
+def test_a_swipe_that_begins_on_a_slider_leaves_its_value(small: Watched, url: str) -> None:
+    page = show(small, url, WINDOW)
+    slider = page.locator("#sliders [name=restitution]")
+    before, address = restitution(page), page.url
+    slider.evaluate(
+        """(slider) => {
+          const send = (event) => slider.dispatchEvent(event);
+          send(new PointerEvent("pointerdown", { bubbles: true }));
+          slider.value = 20;
+          send(new InputEvent("input", { bubbles: true }));
+          setTimeout(() => send(new PointerEvent("pointercancel", { bubbles: true })), 200);
+        }"""
+    )
+    soon(page, lambda: restitution(page) < before)
+    soon(page, lambda: restitution(page) == before)
+    page.wait_for_timeout(300)
+    assert page.url == address
+
+
 def test_a_slider_recolours_the_plane_and_what_is_released_is_kept(small: Watched, url: str) -> None:
     page = show(small, url, WINDOW)
     slider = page.locator("#sliders [name=restitution]")

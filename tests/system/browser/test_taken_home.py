@@ -170,6 +170,18 @@ def test_the_pictures_have_the_legend_the_machine_the_window_and_the_link(
     assert (width, height) == (2 * int(root.get("width", "0")), 2 * int(root.get("height", "0")))
 
 
+def test_the_colour_bar_of_a_picture_has_numbers(tiny: Watched, url: str, tmp_path: Path) -> None:
+    page = tiny.page
+    shown(tiny, url, f"{NEAR}&layer=exponent")
+    expect(page.locator("#ramp-ends span")).to_have_count(3)
+    ends = page.locator("#ramp-ends span").all_inner_texts()
+    drawn = ElementTree.fromstring(saved(page, "SVG", tmp_path).read_text())
+    places = {text.text: float(text.get("x", "nan")) for text in drawn.iter(f"{SVG}text")}
+    (bar,) = (part for part in drawn.iter(f"{SVG}rect") if part.get("fill") == "url(#ramp)")
+    left, width = (float(bar.get(name, "nan")) for name in ("x", "width"))
+    assert [places[end] for end in ends] == pytest.approx([left, left + width / 2, left + width])
+
+
 def test_a_picture_that_waits_for_its_tiles_is_given_up_aloud(tiny: Watched, url: str, tmp_path: Path) -> None:
     page = tiny.page
     page.route("**/v1/unfolding-maps", lambda route: None)  # an answer that does not come

@@ -99,13 +99,19 @@ export function chart({
   );
 }
 
+// The frame of a chart in its own lengths.
+function frameOf(svg) {
+  const frame = svg.querySelector(".frame");
+  const [left, top, width, height] = ["x", "y", "width", "height"].map((name) => Number(frame.getAttribute(name)));
+  return { frame, left, top, width, height, right: left + width, bottom: top + height };
+}
+
 const STEPS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowDown: [0, -1], ArrowUp: [0, 1] };
 
 // Lets a point of the picture in a chart be pressed, or be found with arrow keys and taken with Enter; calls `moved` and
 // `chosen` with its column, from the left, and its row, from below.
 export function onPick(svg, columns, rows, { moved, chosen }) {
-  const frame = svg.querySelector(".frame");
-  const [left, top, width, height] = ["x", "y", "width", "height"].map((name) => Number(frame.getAttribute(name)));
+  const { frame, left, top, width, height } = frameOf(svg);
   const mark = drawing("path", { class: "mark" });
   svg.append(mark);
   let at = [columns >> 1, rows >> 1];
@@ -133,10 +139,43 @@ export function onPick(svg, columns, rows, { moved, chosen }) {
   });
 }
 
+// Lets the points of a chart over `view`, { x, y }, be read in their order: the nearest one to the pointer, or the next
+// one by arrow keys. `read` is called with its number.
+export function onRead(svg, view, points, read) {
+  const frame = frameOf(svg);
+  const { px, py } = scales(view, frame);
+  const places = points.map(({ x, y }) => ({ x: px(x), y: py(y) }));
+  const dot = drawing("circle", { r: 4, class: "read" });
+  let at = null;
+  const go = (k) => {
+    at = Math.min(places.length - 1, Math.max(0, k));
+    dot.setAttribute("cx", places[at].x);
+    dot.setAttribute("cy", places[at].y);
+    svg.append(dot);
+    read(at);
+  };
+  svg.setAttribute("tabindex", "0");
+  svg.setAttribute("role", "application");
+  const follow = ({ clientX, clientY }) => {
+    const box = frame.frame.getBoundingClientRect();
+    const x = frame.left + ((clientX - box.left) / box.width) * frame.width;
+    const y = frame.top + ((clientY - box.top) / box.height) * frame.height;
+    const apart = places.map((place) => Math.hypot(place.x - x, place.y - y));
+    go(apart.indexOf(Math.min(...apart)));
+  };
+  svg.addEventListener("pointermove", follow);
+  svg.addEventListener("pointerdown", follow);
+  svg.addEventListener("keydown", (event) => {
+    const step = STEPS[event.key];
+    if (!step) return;
+    event.preventDefault();
+    go(at === null ? 0 : at + (step[0] || step[1]));
+  });
+}
+
 // Calls `chosen` with the two values of x between which one drags over a chart, the smaller first.
 export function onDrag(svg, x, chosen) {
-  const frame = svg.querySelector(".frame");
-  const [start, top, width, height] = ["x", "y", "width", "height"].map((name) => Number(frame.getAttribute(name)));
+  const { left: start, top, width, height } = frameOf(svg);
   const band = drawing("rect", { y: top, height, class: "band" });
   const place = (event) => {
     const box = svg.getBoundingClientRect();

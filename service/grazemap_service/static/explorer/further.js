@@ -1,5 +1,5 @@
 // What can be asked about the motion of an open point: its basins of attraction, its branch and its bifurcation curves.
-import { chart, extent, onPick } from "./charts.js";
+import { chart, extent, onPick, onRead } from "./charts.js";
 import { MEANINGS, NAMES, linesOf } from "./curves.js";
 import { byId, element, swatch, term } from "./dom.js";
 import { numbered } from "./labels.js";
@@ -106,22 +106,39 @@ export async function showBranch(panel) {
     y: all.map((k) => (chosen(k) || chosen(Math.max(0, k - 1)) ? speed[k] : null)),
   });
   const stable = (k) => branch.stable[k] && branch.admissible[k];
+  const view = { x: extent(across), y: extent(speed) };
+  const drawn = chart({
+    title: `Branch: speed of the first impact over the ${text}`,
+    ...view,
+    names: { x: named(text, machine, quantity), y: named("impact speed", machine, "velocity") },
+    series: [
+      { ...part((k) => !stable(k)), kind: "unstable" },
+      { ...part(stable), kind: "motion" },
+    ],
+    dots: branch.special_points.map((point) => ({
+      x: read(point.parameter),
+      y: Math.abs(point.velocities[0] ?? 0),
+      kind: point.type,
+    })),
+  });
+  const spoken = element("p", {
+    role: "status",
+    textContent: "Point at the branch, or press an arrow key, to read it.",
+  });
+  onRead(
+    drawn,
+    view,
+    all.map((k) => ({ x: across[k], y: speed[k] })),
+    (k) => {
+      const kind = branch.admissible[k] ? (branch.stable[k] ? "stable" : "unstable") : "not admissible";
+      const number = toRead(across[k], view.x[1] - view.x[0]);
+      const hit = `${toRead(speed[k], view.y[1] - view.y[0])}${unitOf(machine, "velocity")}`;
+      spoken.textContent = `${text} ${number}${unitOf(machine, quantity)}: impact speed ${hit}, ${kind}`;
+    },
+  );
   byId("branch").replaceChildren(
-    chart({
-      title: `Branch: speed of the first impact over the ${text}`,
-      x: extent(across),
-      y: extent(speed),
-      names: { x: named(text, machine, quantity), y: named("impact speed", machine, "velocity") },
-      series: [
-        { ...part((k) => !stable(k)), kind: "unstable" },
-        { ...part(stable), kind: "motion" },
-      ],
-      dots: branch.special_points.map((point) => ({
-        x: read(point.parameter),
-        y: Math.abs(point.velocities[0] ?? 0),
-        kind: point.type,
-      })),
-    }),
+    drawn,
+    spoken,
     element("p", {}, "Dashed: unstable or not ", term("admissible"), "."),
     element(
       "ul",

@@ -35,7 +35,7 @@ export class Legend {
       { isSeen: ({ dashed }) => dashed, text: "Dashed: no motion follows it, as a stop is met before." },
       {
         isSeen: ({ isBorder }) => isBorder,
-        text: "Thin dark lines: borders between motions; point at one to read why it is there.",
+        text: "Thin dark lines: borders between motions; point at one, or press it, to read why it is there.",
       },
       { isSeen: ({ thin, type }) => thin && type, text: "Thin: the motion is unstable on both sides." },
       {
@@ -70,7 +70,7 @@ export class Legend {
   }
 
   // What the legend says of what is in sight: { motions, ramp, key, meanings }. Motions are { label, share }, meanings
-  // { text, before, numbered } with their colours; `ramp` is { text, missing, diverging } where values are shown, `key`
+  // { text, before, numbered, shape } with their colours; `ramp` is { text, ends, missing, diverging } where values are shown, `key`
   // the text that explains motions elsewhere.
   get inSight() {
     return { ...this.#inSight, meanings: this.#meanings.filter(({ item }) => !item.hidden) };
@@ -96,11 +96,12 @@ export class Legend {
   }
 
   #rampOf({ layer, machine }, range) {
-    const { text: what, unit = "", quantity, missing } = LAYERS[layer];
+    const { text: what, unit = "", quantity, missing, diverging } = LAYERS[layer];
     const name = `${named(what, machine, quantity)}${unit && ` ${unit}`}`;
     const value = (end) => toRead(shown(machine, quantity, end));
+    const [below, above] = range?.[2] ? [diverging ? " or less" : "", " or more"] : ["", ""];
     const text = range
-      ? `${name}: ${value(range[0])} to ${value(range[1])}${range[2] ? " or more" : ""}`
+      ? `${name}: ${value(range[0])}${below} to ${value(range[1])}${above}`
       : `${name}: being computed; what is pale has no such value yet`;
     const ends = range ? [range[0], (range[0] + range[1]) / 2, range[1]].map(value) : [];
     return { text, ends, missing: `Grey: ${missing}. Cream: no impacts; pale: motions, until the values come.` };

@@ -583,9 +583,10 @@ function say(seenTiles = seen()) {
   // what is wrong, and curves that were asked for, have room on a phone too
   byId("says").className = troubles.length ? "wrong" : pending.length && !isRefining ? "busy" : "";
   byId("says").textContent = [...troubles, work].join(" ");
+  const read = place ? plane.view && plane.value(place) : state.at && { x: state.at[0], y: state.at[1] };
   byId("reading").textContent =
-    place && plane.view
-      ? readingAt(plane.value(place), seenTiles)
+    read && plane.view
+      ? readingAt(read, seenTiles)
       : hasControl(state.embed, "point")
         ? hint
         : "Point at a colour to see its machine move.";

@@ -22,8 +22,11 @@ const WIDE_LETTER = 0.72; // in a link
 const SWATCH = 11;
 const INK = "#1a1a1a";
 const SOFT = "#55585c";
-const CIRCLE = `M-${DRAWN.circle} 0${[1, -1].map((way) => `a${DRAWN.circle} ${DRAWN.circle} 0 1 0 ${2 * way * DRAWN.circle} 0`).join("")}z`;
-const DIAMOND = `M0 -${DRAWN.diamond}L${DRAWN.diamond} 0L0 ${DRAWN.diamond}L-${DRAWN.diamond} 0z`;
+const ARCS = [1, -1].map((way) => `a${DRAWN.circle} ${DRAWN.circle} 0 1 0 ${2 * way * DRAWN.circle} 0`);
+const SHAPES = {
+  circle: `M-${DRAWN.circle} 0${ARCS.join("")}z`,
+  diamond: `M0 -${DRAWN.diamond}L${DRAWN.diamond} 0L0 ${DRAWN.diamond}L-${DRAWN.diamond} 0z`,
+};
 const SCALE = 2; // pixels of the PNG over lengths of the drawing
 
 const text = (content, x, y, attributes = {}) =>
@@ -80,13 +83,28 @@ function square(look, x, y) {
   return drawing("image", { ...place, href: canvas.toDataURL(), "image-rendering": "pixelated" });
 }
 
+// A mark of a shape, or a square, about the middle of a square of the legend.
+const symbol = (shape, colour, x, y) =>
+  SHAPES[shape]
+    ? drawing("path", {
+        d: SHAPES[shape],
+        transform: `translate(${x + SWATCH / 2} ${y + 1 + SWATCH / 2})`,
+        fill: colour,
+      })
+    : square({ colour }, x, y);
+
 function writeLegend(column, { motions, ramp, key, meanings }, lookOf) {
   if (ramp) {
     const stops = rampOf(ramp.diverging).map((colour, k, { length }) =>
       drawing("stop", { offset: k / (length - 1), "stop-color": colour }),
     );
     const bar = { x: column.x, y: column.y, width: column.width, height: SWATCH, fill: "url(#ramp)" };
-    column.put(LINE, drawing("linearGradient", { id: "ramp" }, ...stops), drawing("rect", bar));
+    column.put(LINE - 2, drawing("linearGradient", { id: "ramp" }, ...stops), drawing("rect", bar));
+    const places = ["start", "middle", "end"].map((anchor, k) => ({ x: column.x + (k / 2) * column.width, anchor }));
+    const ends = ramp.ends.map((end, k) =>
+      text(end, places[k].x, column.y + FONT, { "text-anchor": places[k].anchor, fill: SOFT }),
+    );
+    column.put(ends.length ? LINE : 0, ...ends);
     column.write(ramp.text);
     column.write(ramp.missing, { fill: SOFT });
   }
@@ -100,12 +118,12 @@ function writeLegend(column, { motions, ramp, key, meanings }, lookOf) {
   }
   if (key) column.write(key, { fill: SOFT });
   column.y += LINE / 2;
-  for (const { text: meaning, before, numbered } of meanings) {
-    column.put(0, ...before.map((colour) => square({ colour }, column.x, column.y)));
+  for (const { text: meaning, before, numbered, shape } of meanings) {
+    column.put(0, ...before.map((colour) => symbol(shape, colour, column.x, column.y)));
     column.write(meaning, { indent: before.length ? 1.6 * SWATCH : 0 });
     const apart = 2.4 * SWATCH;
     const beside = numbered.flatMap((colour, k) => [
-      square({ colour }, column.x + k * apart, column.y),
+      symbol(shape, colour, column.x + k * apart, column.y),
       text(k + 1, column.x + k * apart + 1.2 * SWATCH, column.y + FONT),
     ]);
     column.put(numbered.length ? LINE : 0, ...beside);
@@ -236,7 +254,7 @@ export function picture({
         drawing(
           "path",
           {
-            d: mark.shape === "circle" ? CIRCLE : DIAMOND,
+            d: SHAPES[mark.shape === "circle" ? "circle" : "diamond"],
             transform: `translate(${px(mark.x).toFixed(1)} ${py(mark.y).toFixed(1)})`,
             fill: mark.colour,
             stroke: "#ffffff",

@@ -77,7 +77,7 @@ export class PointPanel {
 
   // Offers the motion that just touches where the point is on the grazing curve, or the way back from another motion.
   offer(isOnGraze = this.#isOnGraze) {
-    this.#isOnGraze = isOnGraze;
+    this.#isOnGraze ||= isOnGraze; // the point stays there, however far one zooms
     byId("ask-graze").hidden = this.#isFromRest && !this.#isOnGraze;
     byId("ask-graze").textContent = `Show the motion ${this.#isFromRest ? "that just touches" : "from rest"}`;
   }
@@ -125,6 +125,7 @@ export class PointPanel {
   async show(state) {
     this.#leave();
     this.ofPoint = new AbortController();
+    this.#isOnGraze = false;
     const { machine, at } = placeOf(state.machine, state.plane, state.at);
     this.machine = machine;
     this.at = at;

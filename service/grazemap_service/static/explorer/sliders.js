@@ -26,6 +26,17 @@ export class Sliders {
       this.isMoving = false;
       settled();
     };
+    // a swipe that begins on a slider scrolls, and leaves its value
+    let before = null;
+    this.form.addEventListener("pointerdown", ({ target }) => {
+      before = target instanceof HTMLInputElement ? { target, place: target.value, values: { ...this.#values } } : null;
+    });
+    this.form.addEventListener("pointercancel", () => {
+      if (!before || !this.isMoving) return;
+      before.target.value = before.place;
+      this.#values = before.values;
+      this.#apply(before.target);
+    });
     // a key that is held changes the value again and again
     let isHeld = false;
     this.form.addEventListener("keydown", () => {
@@ -111,18 +122,22 @@ export class Sliders {
   }
 
   #move(input) {
+    this.#values[input.name] = Number(this.#at(input.name, input.value / STEPS).toPrecision(3));
+    this.#apply(input);
+  }
+
+  // Says the value of a slider, and what it changes.
+  #apply(input) {
     const { name } = input;
-    const value = Number(this.#at(name, input.value / STEPS).toPrecision(3));
-    this.#values[name] = value;
     input.setAttribute("aria-valuetext", this.#text(name));
     input.parentElement.querySelector("output").textContent = this.#text(name);
-    if (FIXED.includes(name)) return this.changed({ plane: { ...this.plane, [name]: value } });
+    if (FIXED.includes(name)) return this.changed({ plane: { ...this.plane, [name]: this.#value(name) } });
     const made = Object.entries(this.#values).filter(([other]) => !FIXED.includes(other));
     const left = this.#values.clearance_left ?? this.#of.left;
     const oscillator = made
       .filter(([other]) => other !== "clearance_left")
       .reduce((changing, [other, number]) => withParameter(changing, other, number), complete(this.#of.oscillator));
-    this.made = { ...this.#of, oscillator, left };
+    this.made = made.length ? { ...this.#of, oscillator, left } : this.#of;
     return this.changed({ machine: this.made });
   }
 }
