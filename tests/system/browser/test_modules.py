@@ -99,6 +99,12 @@ def test_a_look_depends_on_what_is_seen_together_and_stays_while_that_is_seen(pa
     assert all(
         look["colour"] == named[label] for label, look in zip([*MANY[:10], *MET], then, strict=True) if label in named
     )
+    # the largest shares choose first, however complicated their motions are
+    rest = "1-∞r-(-1)l"
+    ((alone,),), ((largest, *_),) = (
+        page.evaluate(SEEN, [[rest, *few]]) for few in ([], [f"1-{n}r-(-1)l" for n in range(2, LEGEND)])
+    )
+    assert largest == alone
     # the name gives the colour wherever that is free
     ((alone,),), ((also,),) = page.evaluate(SEEN, [["7-9r-8l"]]), page.evaluate(SEEN, [["7-9r-8l"]])
     assert alone == also

@@ -33,6 +33,7 @@ function crc32(text) {
 const channels = (colour) => [1, 3, 5].map((start) => Number.parseInt(colour.slice(start, start + 2), 16));
 
 export const NAMED = 24; // labels that the legend names
+const LARGEST = 3; // labels that choose before the others
 const STRIPED = 8; // ways in which those are striped that it does not
 
 const DIRECTIONS = [
@@ -88,8 +89,8 @@ const simplestFirst = (label, other) => {
 
 // The looks of labels. No two of those that the legend names in a view look the same, and no other label looks like one
 // of them. A motion that the palette names always has its colour. Others have the colour that the label gives or the next
-// one that is free, one of a motion of period 1 only where no other is left, and then stripes. Simple motions choose
-// first. What the legend names before and after a change of the view keeps its look.
+// one that is free, one of a motion of period 1 only where no other is left, and then stripes. The largest shares choose
+// first, and then simple motions. What the legend names before and after a change of the view keeps its look.
 export class Colours {
   #named;
   #free;
@@ -138,7 +139,7 @@ export class Colours {
     };
     const seen = new Set(labels);
     const named = Object.keys(this.#named).filter((label) => seen.has(label) && !looks.has(label));
-    const first = labels.slice(0, most).sort(simplestFirst);
+    const first = [...labels.slice(0, LARGEST), ...labels.slice(LARGEST, most).sort(simplestFirst)];
     for (const label of named) taken.add(give(label, this.#candidates(label)));
     for (const label of first) if (!looks.has(label)) taken.add(give(label, this.#candidates(label)));
     for (const label of labels) if (!looks.has(label)) give(label, this.#striped(label));

@@ -46,7 +46,7 @@ export function addObservables(observables) {
   }
 }
 
-const UNVERIFIED_SHADE = 0.55;
+const UNVERIFIED_SHADE = 0.72;
 const SHARE_IN_RANGE = 0.98;
 const WELL = 0.4; // of a ramp, at least, are values
 const SHADES = 256; // of a ramp
