@@ -236,7 +236,7 @@ def test_a_researcher_goes_from_a_border_to_its_curve_its_branch_and_a_figure(
     drawn = [
         np.array([[float(number) for number in pair.split()] for pair in re.split("[ML]", path.attrib["d"])[1:]])
         for path in ET.parse(tmp_path / "figure.svg").iter(f"{SVG}path")
-        if path.attrib["stroke"] == colour and f"of {motion}" in (path.findtext(f"{SVG}title") or "")
+        if path.get("stroke") == colour and f"of {motion}" in (path.findtext(f"{SVG}title") or "")
     ]
     frame = next(
         rectangle for rectangle in ET.parse(tmp_path / "figure.svg").iter(f"{SVG}rect") if "x" in rectangle.attrib
