@@ -21,9 +21,10 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import chdir, redirect_stdout
+from contextlib import ExitStack, chdir, contextmanager, redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
+from unittest.mock import patch
 
 import matplotlib as mpl
 from matplotlib import pyplot
@@ -167,6 +168,19 @@ def differences(page: Path, client: Client, folder: str | Path) -> list[str]:
     return [f"printed {block.printed!r}, not {block.shown!r}" for block in blocks if block.differs]
 
 
+@contextmanager
+def examples_ask(url: str) -> Iterator[None]:
+    """Within this block examples ask the service at an address, each with clients of its own, and start none."""
+    with ExitStack() as opened:
+
+        def local(*_: Any, **__: Any) -> grazemap.Client:
+            return opened.enter_context(grazemap.Client(url))
+
+        opened.enter_context(patch.object(grazemap, "local", local))
+        opened.enter_context(patch.dict(os.environ, GRAZEMAP_URL=url))
+        yield
+
+
 def main(arguments: Sequence[str]) -> int:
     """Run the pages, all of them where none is named."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
@@ -175,10 +189,7 @@ def main(arguments: Sequence[str]) -> int:
     given = parser.parse_args(arguments)
     mpl.use("Agg")
     wrong = 0
-    with grazemap.local() as client:
-        # of the same service: a page may close it
-        grazemap.local = lambda *_, **__: grazemap.Client(client.base_url)  # type: ignore[assignment]
-        os.environ["GRAZEMAP_URL"] = client.base_url
+    with grazemap.local() as client, examples_ask(client.base_url):
         for page in given.pages or pages():
             began = time.monotonic()
             # settings of pictures are those of one page

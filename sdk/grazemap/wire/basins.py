@@ -156,8 +156,9 @@ class BasinsRequest(PointRequest):
                 moving.append(name)
         if -left < lowest and highest < right:
             return
-        ends = [f"{-left:g} <"] * math.isfinite(left) + ["contact coordinate"] + [f"< {right:g}"] * math.isfinite(right)
-        allowed = f"{' '.join(ends)}, between the stops"
+        least = f"{-left:g} < " if math.isfinite(left) else ""
+        largest = f" < {right:g}" if math.isfinite(right) else ""
+        allowed = f"{least}contact coordinate{largest}, between the stops"
         if not moving:
             detail = f"initial.displacement places the contact at {place:g}, on a stop or beyond it"
             raise invalid(detail, allowed, "initial", "displacement")
