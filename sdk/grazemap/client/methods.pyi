@@ -934,8 +934,7 @@ class AsyncMethods:
         max_multiple : int
             Without `motions`: the maximum period of the motions whose curves are computed, in forcing periods.
         points : int
-            For curves in closed form: number of frequencies across the window; the ends of curves between two of them
-            are solved for.
+            For curves in closed form: number of frequencies across the window; ends between two are solved for.
         motions : sequence of (period, stops), mappings or PeriodicOrbits, optional
             The motions whose curves are continued; left out: those with one impact, or one on each of symmetric stops.
             A mapping may have omega and clearance (that which varies) of an orbit in the window, or its horizontal and
@@ -1892,8 +1891,7 @@ class Methods:
         max_multiple : int
             Without `motions`: the maximum period of the motions whose curves are computed, in forcing periods.
         points : int
-            For curves in closed form: number of frequencies across the window; the ends of curves between two of them
-            are solved for.
+            For curves in closed form: number of frequencies across the window; ends between two are solved for.
         motions : sequence of (period, stops), mappings or PeriodicOrbits, optional
             The motions whose curves are continued; left out: those with one impact, or one on each of symmetric stops.
             A mapping may have omega and clearance (that which varies) of an orbit in the window, or its horizontal and

@@ -42,6 +42,8 @@ _STIFFER = 1000.0
 _STRONG = 0.4
 # What an oscillator in SI may leave out, as the paper's example has no units.
 _SELDOM_MEANT = ("masses", "stiffnesses", "forcing", "restitution")
+# The most equal dampers that a note lists.
+_LISTED = 3
 # The damping ratio for which a note says gamma.
 _EXAMPLE = 0.02
 
@@ -155,9 +157,12 @@ def _damping(oscillator: Oscillator, is_ratio: bool) -> Iterator[Note]:
     ratios, first = oscillator.damping_ratios, float(oscillator.natural_frequencies[0])
     if not first > 0.0:  # it is hidden by the rounding of the others
         return
-    what = "damping is gamma in s"
+    given = np.max(oscillator.damping)
     if isinstance(oscillator.damping, list):
         what = "a list of dampings has coefficients in N s/m"
+    else:
+        dampers = ", ".join([f"{given:.4g}"] * min(len(ratios), _LISTED) + ["..."] * (len(ratios) > _LISTED))
+        what = f"a number is gamma in s, and dampers of {given:.4g} N s/m are the list [{dampers}]"
     gamma = (
         f"for a ratio of {_EXAMPLE:g} in the first mode give {_EXAMPLE:g}/omega_1, the number {_EXAMPLE / first:.4g}"
     )
@@ -169,7 +174,6 @@ def _damping(oscillator: Oscillator, is_ratio: bool) -> Iterator[Note]:
         detail = f"{strong} of {len(ratios)} modes do not oscillate{largest}: {what}; {gamma}"
         yield Note(code="strong-damping", detail=detail)
     elif is_ratio:
-        given = np.max(oscillator.damping)
         meant = f"the damping ratio of the first mode is {ratios[0]:.2g}, and {given:.2g} was probably meant as it"
         code = "weak-damping" if ratios[0] < given else "strong-damping"
         yield Note(code=code, detail=f"{meant}: {what}; {gamma}")

@@ -313,8 +313,7 @@ class BifurcationCurvesRequest(PlaneRequest):
     max_multiple: Multiple = 2
     """Without `motions`: the maximum period of the motions whose curves are computed, in forcing periods."""
     points: Annotated[int, Field(ge=2, le=MAX_CURVE_POINTS), Listable] = 400
-    """For curves in closed form: number of frequencies across the window; the ends of curves between two of them are
-    solved for."""
+    """For curves in closed form: number of frequencies across the window; ends between two are solved for."""
     motions: Annotated[
         Annotated[list[CurveMotion], Field(min_length=1, max_length=16, fail_fast=True), Listable] | None, LeftOut
     ] = None

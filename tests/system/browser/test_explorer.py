@@ -697,7 +697,7 @@ def test_the_legend_explains_what_is_in_sight_only(small: Watched, url: str) -> 
     points = answered(url, "grazing-curves", {"omega": {"start": 0.25, "stop": 0.3125, "points": 33}})["points"]
     types = {point["bifurcation"] for point in points if 1.25 < point["clearance"] < 2} - {None}
     assert len(types) > 1
-    assert {text.partition(":")[0] for text in explained.all_inner_texts()} == types | {"Circles", "Dark line"}
+    assert {text.partition(":")[0] for text in explained.all_inner_texts()} == types | {"Circles", "Bold line"}
     page.evaluate(f"location.hash = '{QUICK}'")  # above the curve and its marks
     expect(explained).to_have_count(0)
 

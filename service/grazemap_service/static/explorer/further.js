@@ -51,7 +51,9 @@ export async function showBasins(panel) {
   });
   drawn.setAttribute("aria-describedby", "basins-say");
   const spoken = element("p", { role: "status" });
-  const isOne = names.length === 1 && label.every((row) => !row.includes(-1));
+  const all = label.flat();
+  const open = all.filter((number) => number < 0).length / all.length;
+  const isOne = names.length === 1 && !open;
   const place = (column, row) =>
     `displacement ${withUnit(machine, "length", horizontal[column])}, velocity ${withUnit(machine, "velocity", vertical[row])}`;
   onPick(drawn, columns, rows, {
@@ -83,6 +85,9 @@ export async function showBasins(panel) {
         const { colour, image: stripes } = looks.get(names[k]);
         return element("li", {}, swatch(colour, stripes), `${names[k]}: ${percent(attractor.share)}`);
       }),
+      ...(open
+        ? [element("li", {}, swatch(looks.get("unresolved").colour), `unresolved: ${percent(open)} of these starts`)]
+        : []),
     ),
   );
 }

@@ -89,14 +89,16 @@ const simplestFirst = (label, other) => {
 
 // The looks of labels. No two of those that the legend names in a view look the same, and no other label looks like one
 // of them. A motion that the palette names always has its colour. Others have the colour that the label gives or the next
-// one that is free, one of a motion of period 1 only where no other is left, and then stripes. The largest shares choose
-// first, and then simple motions. What the legend names before and after a change of the view keeps its look.
+// one that is free, one of a motion of period 1 only where no other is left, and then stripes. A motion that had
+// a colour chooses first, and takes it again; then come the largest shares, and then simple motions. What the legend
+// names before and after a change of the view keeps its look.
 export class Colours {
   #named;
   #free;
   #frequent;
   #looks = new Map();
   #shown = [];
+  #had = new Map(); // the last looks without stripes
   version = 0; // changes where a label looks otherwise than before
 
   constructor(palette) {
@@ -109,8 +111,15 @@ export class Colours {
     this.#free = [...colours(motions.filter(([label]) => !isFrequent(label))), ...palette["other motions"]];
   }
 
+  // The look without stripes that a label had when it was named, unless its name gives its colour.
+  #before(label) {
+    return this.#named[label] ? null : this.#had.get(label);
+  }
+
   // The looks that a label may have, the first ones first.
   *#candidates(label) {
+    const before = this.#before(label);
+    if (before) yield before;
     const first = crc32(label) % this.#free.length;
     const own = this.#named[label];
     const colours = own ? [own] : [...this.#free.slice(first), ...this.#free.slice(0, first)];
@@ -139,7 +148,10 @@ export class Colours {
     };
     const seen = new Set(labels);
     const named = Object.keys(this.#named).filter((label) => seen.has(label) && !looks.has(label));
-    const first = [...labels.slice(0, LARGEST), ...labels.slice(LARGEST, most).sort(simplestFirst)];
+    const shown = labels.slice(0, most);
+    const isKnown = (label) => Boolean(this.#before(label));
+    const fresh = shown.filter((label) => !isKnown(label));
+    const first = [...shown.filter(isKnown), ...fresh.slice(0, LARGEST), ...fresh.slice(LARGEST).sort(simplestFirst)];
     for (const label of named) taken.add(give(label, this.#candidates(label)));
     for (const label of first) if (!looks.has(label)) taken.add(give(label, this.#candidates(label)));
     for (const label of labels) if (!looks.has(label)) give(label, this.#striped(label));
@@ -154,6 +166,7 @@ export class Colours {
       const before = this.#looks.get(label);
       if (before && before.text !== look.text) this.version += 1;
       this.#looks.set(label, look);
+      if (!look.hatching) this.#had.set(label, look);
     }
   }
 

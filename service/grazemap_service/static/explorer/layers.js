@@ -83,6 +83,16 @@ export function rangeOf(layer, tiles, before = null) {
   return [diverging ? -round : 0, round, largest > round];
 }
 
+// What points without a value of a layer show: whether there are some of a motion without impacts, and previews.
+/** @param {string} layer  @param {Tile[]} tiles */
+export function withoutValues(layer, tiles) {
+  const { field } = LAYERS[layer];
+  const verified = tiles.filter(({ preview }) => !preview);
+  const isOpen = (/** @type {Tile} */ { labels, motion, [field]: values }) =>
+    motion.some((label, k) => isFree(labels[label]) && !Number.isFinite(values?.[k]));
+  return { isCream: verified.some(isOpen), isPale: verified.length < tiles.length };
+}
+
 const isPeriodic = (label) => /^\d/.test(label); // other motions are named by their kind
 
 // A colour as a pixel of image data in one number, as browsers run on little-endian processors.

@@ -30,12 +30,12 @@ export class Legend {
       })),
       {
         isSeen: ({ isGraze }) => isGraze,
-        text: "Dark line: the grazing curve; on it the motion without impacts just touches a stop.",
+        text: "Bold line: the grazing curve; on it the motion without impacts just touches a stop.",
       },
       { isSeen: ({ dashed }) => dashed, text: "Dashed: no motion follows it, as a stop is met before." },
       {
         isSeen: ({ isBorder }) => isBorder,
-        text: "Thin dark lines: borders between motions; point at one, or press it, to read why it is there.",
+        text: "Thin lines: borders between motions; point at one, or press it, to read why it is there.",
       },
       { isSeen: ({ thin, type }) => thin && type, text: "Thin: the motion is unstable on both sides." },
       {
@@ -58,34 +58,41 @@ export class Legend {
   }
 
   // Says what the curves and marks in a window mean.
-  explain({ lines, marks }, { x, y }) {
+  explain(scene, window) {
+    const drawn = this.#drawn(scene, window);
+    for (const meaning of this.#meanings) meaning.item.hidden = !drawn.some(meaning.isSeen);
+  }
+
+  // The curves and marks in a window.
+  #drawn({ lines, marks }, { x, y }) {
     const meets = ([low, high], ...ends) => Math.max(...ends) >= low && Math.min(...ends) <= high;
     const isSeen = (line) =>
       line.x.some((value, k) => {
         const near = k && line.y[k - 1] !== null ? k - 1 : k; // a line may pass between its points
         return line.y[k] !== null && meets(x, value, line.x[near]) && meets(y, line.y[k], line.y[near]);
       });
-    const drawn = [...lines.filter(isSeen), ...marks.filter((mark) => meets(x, mark.x) && meets(y, mark.y))];
-    for (const meaning of this.#meanings) meaning.item.hidden = !drawn.some(meaning.isSeen);
+    return [...lines.filter(isSeen), ...marks.filter((mark) => meets(x, mark.x) && meets(y, mark.y))];
   }
 
-  // What the legend says of what is in sight: { motions, ramp, key, meanings }. Motions are { label, share }, meanings
+  // What the legend says of what is in sight in a window: { motions, ramp, key, meanings }. Motions are { label, share }, meanings
   // { text, before, numbered, shape } with their colours; `ramp` is { text, ends, missing, diverging } where values are shown, `key`
   // the text that explains motions elsewhere.
-  get inSight() {
-    return { ...this.#inSight, meanings: this.#meanings.filter(({ item }) => !item.hidden) };
+  inSight(scene, window) {
+    const drawn = this.#drawn(scene, window);
+    return { ...this.#inSight, meanings: this.#meanings.filter(({ isSeen }) => drawn.some(isSeen)) };
   }
 
-  // Shows the motions with their shares, the largest first, or the range of a layer's values.
-  show(state, motions, range) {
+  // Shows the motions with their shares, the largest first, or the range of a layer's values; `without` says
+  // which points without values are there, as `withoutValues`.
+  show(state, motions, range, without) {
     const { field } = LAYERS[state.layer];
     this.machine = state.machine;
     byId("legend-key").hidden = byId("legend-hides").hidden = Boolean(field);
     byId("ramp").hidden = !field;
     byId("legend").hidden = Boolean(field);
-    if (field) this.#showRamp(state, range);
+    if (field) this.#showRamp(state, range, without);
     else this.#showMotions(motions);
-    const ramp = field && { ...this.#rampOf(state, range), diverging: LAYERS[state.layer].diverging };
+    const ramp = field && { ...this.#rampOf(state, range, without), diverging: LAYERS[state.layer].diverging };
     const key = field ? "" : byId("legend-key").textContent.replace(/\s+/g, " ");
     const others = Math.max(0, motions.length - NAMED);
     this.#inSight = {
@@ -95,7 +102,7 @@ export class Legend {
     };
   }
 
-  #rampOf({ layer, machine }, range) {
+  #rampOf({ layer, machine }, range, { isCream, isPale }) {
     const { text: what, unit = "", quantity, missing, diverging } = LAYERS[layer];
     const name = `${named(what, machine, quantity)}${unit && ` ${unit}`}`;
     const value = (end) => toRead(shown(machine, quantity, end));
@@ -104,11 +111,13 @@ export class Legend {
       ? `${name}: ${value(range[0])}${below} to ${value(range[1])}${above}`
       : `${name}: being computed; what is pale has no such value yet`;
     const ends = range ? [range[0], (range[0] + range[1]) / 2, range[1]].map(value) : [];
-    return { text, ends, missing: `Grey: ${missing}. Cream: no impacts; pale: motions, until the values come.` };
+    const cream = isCream ? " Cream: no impacts." : "";
+    const pale = isPale ? " Pale: motions, until the values come." : "";
+    return { text, ends, missing: `Grey: ${missing}.${cream}${pale}` };
   }
 
-  #showRamp(state, range) {
-    const { text, ends, missing } = this.#rampOf(state, range);
+  #showRamp(state, range, without) {
+    const { text, ends, missing } = this.#rampOf(state, range, without);
     byId("ramp-missing").textContent = missing;
     const colours = rampOf(LAYERS[state.layer].diverging);
     byId("ramp-ends").replaceChildren(...ends.map((textContent) => element("span", { textContent })));

@@ -12,7 +12,7 @@ import { listJobs } from "./jobs.js";
 import { Gestures } from "./gestures.js";
 import { Colours } from "./labels.js";
 import { POINTS, exponentFor, isWithin, partsOf, pointsOf, tilesOf } from "./lattice.js";
-import { LAYERS, addObservables, paint, rangeOf, reading, shares } from "./layers.js";
+import { LAYERS, addObservables, paint, rangeOf, reading, shares, withoutValues } from "./layers.js";
 import { Legend } from "./legend.js";
 import { followed } from "./links.js";
 import { Living } from "./living.js";
@@ -65,9 +65,11 @@ let ramp = { layer: "", range: null }; // the last one
 let before = { tiles: [], axes: "" }; // the tiles that were in sight last, until those of another machine come
 let place = null; // where the pointer is on the canvas of the plane; null: elsewhere
 const NEAR_GRAZE =
-  "The motion without impacts just touches a stop here, at speed zero; from rest the machine may come to another motion.";
-let hint = isPhone() ? "Tap a colour to see its machine move." : byId("reading").textContent; // until a point was opened
+  "Close by is the grazing curve, on which the motion without impacts just touches a stop, at speed zero; from rest the machine may come to another motion.";
+const SHORT_HINT = `${isPhone() ? "Tap" : "Point at"} a colour to see its machine move.`;
+let hint = isPhone() ? SHORT_HINT : byId("reading").textContent; // until a point was opened
 let rested = null; // where the pointer was last
+let stays = null; // on a phone, the point of the plane that was under the finger last
 let isWatched = true; // the plane, and not a point that was opened, until the pointer moves again
 let foldsLegend = false; // whether the open point has folded the legend
 let foldsMachine = false; // and the machine
@@ -138,7 +140,7 @@ const point = new PointPanel({
     refresh();
   },
   closed: () => {
-    if (isPhone()) rested = plane.place({ x: state.at[0], y: state.at[1] });
+    stays = { x: state.at[0], y: state.at[1] };
     state.at = null;
     point.clear();
     remember();
@@ -147,6 +149,7 @@ const point = new PointPanel({
   },
 });
 const living = new Living(byId("living"));
+byId("living").addEventListener("click", () => rested && act.pick(plane.value(rested))); // on a phone
 const story = new Story({ changed: () => refresh() });
 // The window to begin with: that of the link where the page is a part of another one, else one for the machine.
 function first() {
@@ -544,7 +547,7 @@ function show() {
   viewForm.show(state);
   windowForm.show(state);
   pointForm.show(state);
-  legend.show(state, motions, range);
+  legend.show(state, motions, range, LAYERS[state.layer].field ? withoutValues(state.layer, seenTiles) : {});
   legend.explain(plane.scene, state);
   if (!plane.view) return say(seenTiles); // the first one is not there yet
   story.look({
@@ -583,13 +586,10 @@ function say(seenTiles = seen()) {
   // what is wrong, and curves that were asked for, have room on a phone too
   byId("says").className = troubles.length ? "wrong" : pending.length && !isRefining ? "busy" : "";
   byId("says").textContent = [...troubles, work].join(" ");
-  const read = place ? plane.view && plane.value(place) : state.at && { x: state.at[0], y: state.at[1] };
   byId("reading").textContent =
-    read && plane.view
-      ? readingAt(read, seenTiles)
-      : hasControl(state.embed, "point")
-        ? hint
-        : "Point at a colour to see its machine move.";
+    place && plane.view
+      ? readingAt(plane.value(place), seenTiles)
+      : (hasControl(state.embed, "point") && hint) || SHORT_HINT;
 }
 
 function readingAt(at, seenTiles) {
@@ -601,7 +601,13 @@ function readingAt(at, seenTiles) {
 
 // Forgets where the pointer was, as before another view.
 function forget() {
-  place = rested = null;
+  place = rested = stays = null;
+}
+
+// The open point where it is in sight; null: elsewhere, or none.
+function openPoint() {
+  const at = state.at && { x: state.at[0], y: state.at[1] };
+  return at && isWithin(at.x, state.x) && isWithin(at.y, state.y) ? at : null;
 }
 
 // Marks a place on the plane, or none.
@@ -617,9 +623,11 @@ function live(seenTiles) {
     mark(null);
     return living.hide();
   }
-  rested = place ?? (story.point && plane.place(story.point)) ?? rested ?? plane.middle;
+  const kept = isPhone() && stays && plane.holds(stays) ? plane.place(stays) : null;
+  rested = place ?? (story.point && plane.place(story.point)) ?? kept ?? rested ?? plane.middle;
   const here = rested;
   const value = plane.value(here);
+  stays = value;
   if (!plane.holds(value)) return living.hide();
   mark((place && !isPhone()) || story.point ? null : here); // a finger leaves no pointer there
   const known = reading(seenTiles, value.x, value.y);
@@ -661,8 +669,8 @@ serve({
 // on a phone, and in a small frame, the plane comes first
 const isRoomy = !isPhone() && (!isFramed || innerWidth >= WHOLE || location.hash.includes("embed="));
 for (const name of ["legend", "machine"]) byId(`${name}-section`).open = isRoomy;
-byId("zoom-in").addEventListener("click", () => plane.zoom(2));
-byId("zoom-out").addEventListener("click", () => plane.zoom(0.5));
+byId("zoom-in").addEventListener("click", () => plane.zoom(2, openPoint()));
+byId("zoom-out").addEventListener("click", () => plane.zoom(0.5, openPoint()));
 byId("home").addEventListener("click", act.home);
 byId("point-section").addEventListener("keydown", ({ key }) => key === "Escape" && plane.canvas.focus());
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", refresh);
@@ -708,7 +716,7 @@ const taken = offer(() => {
     inUnits: unitsOf(view),
     marks: plane.marksApart,
     image: plane.image(), // of that window
-    legend: legend.inSight,
+    legend: legend.inSight({ ...plane.scene, marks: plane.marksApart }, view),
     pending: curves.pending(),
     lookOf: (label) => colours.of(label),
     ranges: (most) => {

@@ -77,7 +77,7 @@ export class PointPanel {
 
   // Offers the motion that just touches where the point is on the grazing curve, or the way back from another motion.
   offer(isOnGraze = this.#isOnGraze) {
-    this.#isOnGraze ||= isOnGraze; // the point stays there, however far one zooms
+    this.#isOnGraze = isOnGraze;
     byId("ask-graze").hidden = this.#isFromRest && !this.#isOnGraze;
     byId("ask-graze").textContent = `Show the motion ${this.#isFromRest ? "that just touches" : "from rest"}`;
   }
@@ -125,7 +125,6 @@ export class PointPanel {
   async show(state) {
     this.#leave();
     this.ofPoint = new AbortController();
-    this.#isOnGraze = false;
     const { machine, at } = placeOf(state.machine, state.plane, state.at);
     this.machine = machine;
     this.at = at;
@@ -162,6 +161,7 @@ export class PointPanel {
     this.orbit = null;
     this.offer();
     byId("point-section").scrollTop = 0;
+    if (!start) byId("basins").querySelector(".mark")?.removeAttribute("d");
     byId("point-name").textContent = "Computing …";
     byId("point-place").textContent = this.place;
     byId("point-words").textContent = byId("point-why").textContent = "";

@@ -171,7 +171,8 @@ export class Tiles {
     }
   }
 
-  // The tiles of a family that meet a window, the coarsest points first; of maps over their windows one alone, as two of
+  // The tiles of a family that meet a window, the coarsest points first, but for previews with finer points than the view
+  // has, which a view before it left: these are below all others. Of maps over their windows it is one alone, as two of
   // them have other starts at one point.
   within(family, { x, y }) {
     const meets = (interval, other) => interval[0] < other[1] && other[0] < interval[1];
@@ -185,7 +186,12 @@ export class Tiles {
       this.#kept.set(tile.name, tile);
     }
     const size = ({ x: [left, right], y: [low, high], points }) => ((right - left) * (high - low)) / points ** 2;
-    return tiles.sort((tile, other) => size(other) - size(tile) || other.preview - tile.preview);
+    const finest = size(this.#wanted.find(isFine) ?? { x: [0, 0], y: [0, 0], points: 1 });
+    const isLeft = (tile) => tile.preview && size(tile) < finest;
+    return tiles.sort(
+      (tile, other) =>
+        Number(isLeft(other)) - Number(isLeft(tile)) || size(other) - size(tile) || other.preview - tile.preview,
+    );
   }
 
   // The verified tiles of the view; of those that have not come, the points alone.
