@@ -20,6 +20,7 @@ from tests.support.explorer_page import (
     is_free,
     place,
     show,
+    soon,
     spot,
     trajectories_of_points,
     unfold,
@@ -134,6 +135,34 @@ def test_a_point_is_closed(small: Watched, url: str) -> None:
     expect(page).not_to_have_url(re.compile("at="))
     page.go_back()
     expect(page.locator("#point-name")).to_have_text("1-2r-2l", timeout=WAIT)
+
+
+def test_the_buttons_zoom_about_the_open_point(small: Watched, url: str) -> None:
+    page = show(small, url, f"{USUAL}&at=0.27,1.5", wait=False)
+    expect(page.locator("#point-name")).to_have_text("1-2r-2l", timeout=WAIT)
+    before, first = spot(page, 0.27, 1.5), window(page)
+    for name in ("Zoom in", "Zoom in", "Zoom out"):
+        shown = window(page)
+        page.get_by_role("button", name=name).click()
+        soon(page, lambda shown=shown: window(page) != shown)  # type: ignore[misc]
+        assert spot(page, 0.27, 1.5) == pytest.approx(before, abs=2)
+    assert window(page) != first
+
+
+def test_on_a_phone_a_closed_point_stays_marked_and_its_machine_opens_it_again(browser: Browser, url: str) -> None:
+    context = browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+    page = show(Watched(context.new_page()), url, f"{USUAL}&at=0.28,1.75", wait=False)
+    expect(page.locator("#point-name")).to_have_text("1-1r-1l", timeout=WAIT)
+    page.get_by_role("button", name="Close the point").tap()
+    expect(page.locator("#living")).to_be_visible(timeout=WAIT)
+    shown = window(page)
+    page.get_by_role("button", name="Zoom in").tap()
+    soon(page, lambda: window(page) != shown)
+    page.locator("#living").tap(timeout=WAIT)
+    expect(page).to_have_url(re.compile("at="), timeout=WAIT)
+    at = [float(part) for part in parse_qs(urlsplit(page.url).fragment)["at"][0].split(",")]
+    assert at == pytest.approx([0.28, 1.75], rel=2e-3)
+    context.close()
 
 
 def test_a_question_says_in_sight_that_it_is_computed(small: Watched, url: str) -> None:
