@@ -355,7 +355,7 @@ def drawing(
     root = ax.get_figure(root=True)
     has_room = own_figure or (current_style().width and root is not None and root.get_layout_engine() is not None)
     place = legend or ("outside" if has_room else "inside")
-    may_be_left_out = not own_figure and legend is None
+    may_be_left_out = (not own_figure and legend is None) or (legend == "inside" and current_style().width is not None)
     return Drawing(
         ax, place, labels, (*units_along(ax.xaxis), *units_along(ax.yaxis), *shown_units), own_figure, may_be_left_out
     )

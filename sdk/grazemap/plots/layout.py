@@ -189,10 +189,13 @@ def emptiest_corner(ax: Axes, legend: Legend) -> Corner:
     return _CORNERS[int(np.argmin(covered))]
 
 
-def points_of(ax: Axes) -> Floats:
-    """Return the points of the lines and the symbols on axes in pixels, (points, 2), with some between few vertices."""
+def points_of(ax: Axes, drawn_before: int = 0) -> Floats:
+    """Return the points of the lines and the symbols on axes in pixels, (points, 2), with some between few vertices.
+
+    Lines and symbols of lines that were `drawn_before` others are left out: so many.
+    """
     parts = [np.zeros((0, 2))]
-    for line in ax.lines:
+    for line in ax.lines[drawn_before:]:
         points = np.asarray(line.get_transform().transform(line.get_xydata()), dtype=np.float64)
         if line.get_linestyle() not in ("None", "none", "") and 1 < len(points) < _FEW_VERTICES:
             share = np.linspace(0.0, 1.0, _BETWEEN, endpoint=False)[:, None, None]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from grazemap.colours import colours_of_map
 from grazemap.plots.axes import Drawing, cell_borders, chance_text, draws, legend_square, rimmed, share_text
 from grazemap.plots.hatching import hatch_sensitive
-from grazemap.plots.layout import Name
+from grazemap.plots.layout import Name, points_of
 from grazemap.plots.map_axes import describe_map, draw_curves_and_points, leave_out_of_legend
 from grazemap.plots.observables import plot_over_plane
 from grazemap.plots.palette import INK, OTHER, PAPER, entry_text, hexadecimal, is_dark, is_without_impacts, motion_text
@@ -31,6 +31,10 @@ if TYPE_CHECKING:
 
 # A region is named in the picture where a square of this share of the map's shorter side fits into it.
 _NAMED_REGION = 0.05
+# At least so many points fit along its side.
+_LEAST_ROOM = 3
+# The room for a name is so many times as wide as it is high, on axes that are as wide as they are high.
+_WIDE_ROOM = 2.8
 # A map with more points than this is drawn as an image, and its regions are measured on a coarser grid.
 _MAX_CELLS = 1 << 20
 _MEASURED_SIDE = 1024
@@ -73,16 +77,18 @@ def plot_unfolding_map(
     shares_of_entries = _draw_regions(pen, umap, shown, [motion for motion in shares if motion not in shown])
     if hatching:
         hatch_sensitive(pen, umap.horizontal, umap.vertical, umap.sensitive)
-    if drawing.labels:
-        for motion, colour in shown.items():
-            if motion.kind == "periodic":
-                _name_region(drawing, pen, umap, motion, colour)
+    drawn_before = len(ax.lines)
     across, up = cell_borders(umap.horizontal), cell_borders(umap.vertical)
     draw_curves_and_points(pen, umap, curve, points, curves, margins)
     if overlay is not None:
         overlay(pen)
     pen.set_xlim(across[0], across[-1])
     pen.set_ylim(up[0], up[-1])
+    if drawing.labels:
+        free = ~_crossed(pen, umap, drawn_before)
+        for motion, colour in shown.items():
+            if motion.kind == "periodic":
+                _name_region(drawing, pen, umap, motion, colour, free)
     leave_out_of_legend(ax)
     # curves are told apart by their dashes
     drawing.show_legend(shares_of_entries, handlelength=1.4 if curves is None else 2.6, labelspacing=0.35)
@@ -168,12 +174,34 @@ def _place_in_legend(motion: MotionShare) -> tuple[bool, str, int, int, int]:
     return motion.kind != "periodic", motion.kind, motion.period or 0, right + left, -right
 
 
-def _name_region(drawing: Drawing, pen: Pen, umap: UnfoldingMap, motion: MotionShare, ground: str) -> None:
-    """Write a motion's label where the largest square fits into its region, if that is large enough to read."""
+def _crossed(pen: Pen, umap: UnfoldingMap, drawn_before: int) -> NDArray[np.bool_]:
+    """Return which points of a map a curve or a symbol passes; `drawn_before` as in `points_of`."""
+    places = pen.places(pen.ax.transData.inverted().transform(points_of(pen.ax, drawn_before)))
+    crossed = np.zeros(umap.kind.shape, dtype=np.bool_)
+    columns, rows = _cells_at(umap, places)
+    crossed[rows, columns] = True
+    return crossed
+
+
+def _cells_at(umap: UnfoldingMap, places: NDArray[np.float64]) -> list[NDArray[np.int64]]:
+    """Return the columns and the rows of the points of a map that are nearest to places in SI, (n, 2)."""
+    cells = zip((umap.horizontal, umap.vertical), places.T, strict=True)
+    return [(np.searchsorted(cell_borders(values), at) - 1).clip(0, len(values) - 1) for values, at in cells]
+
+
+def _name_region(
+    drawing: Drawing, pen: Pen, umap: UnfoldingMap, motion: MotionShare, ground: str, free: NDArray[np.bool_]
+) -> None:
+    """Write a motion's label where the largest square fits into its region, if that is large enough to read.
+
+    Curves cross no points that are `free`, of the shape of the map; the region may have no room beside them.
+    """
     step = -(-max(umap.kind.shape) // _MEASURED_SIDE)
     mask = umap.mask(motion)[::step, ::step]
-    row, column, side = largest_square(mask)
-    if side < _NAMED_REGION * min(mask.shape) or side < 3:
+    row, column, side = _largest_room(mask & free[::step, ::step])
+    if side < max(_LEAST_ROOM, _NAMED_REGION * mask.shape[0]):
+        row, column, side = largest_square(mask)
+    if side < max(_LEAST_ROOM, _NAMED_REGION * min(mask.shape)):
         return
     row, column = step * row, step * column
     name = pen.text(
@@ -189,15 +217,20 @@ def _name_region(drawing: Drawing, pen: Pen, umap: UnfoldingMap, motion: MotionS
     )
 
     def is_there(shown: NDArray[np.float64]) -> NDArray[np.bool_]:
-        cells = (cell_borders(umap.horizontal), cell_borders(umap.vertical))
-        columns, rows = (
-            np.searchsorted(borders, at) - 1 for borders, at in zip(cells, pen.places(shown).T, strict=True)
-        )
-        whole = umap.mask(motion)
-        inside: NDArray[np.bool_] = whole[rows.clip(0, whole.shape[0] - 1), columns.clip(0, whole.shape[1] - 1)]
+        columns, rows = _cells_at(umap, pen.places(shown))
+        inside: NDArray[np.bool_] = umap.mask(motion)[rows, columns]
         return inside
 
     drawing.names.append(Name(name, is_there))
+
+
+def _largest_room(mask: NDArray[np.bool_]) -> tuple[int, int, int]:
+    """Return (row, column, height) of the middle of the largest room for a name among true entries; 0 for none."""
+    rows, columns = mask.shape
+    wide = max(1, round(_WIDE_ROOM * columns / rows))
+    blocks = mask[:, : columns // wide * wide].reshape(rows, -1, wide).all(axis=2)
+    row, column, height = largest_square(blocks) if blocks.size else (0, 0, 0)
+    return row, wide * column + wide // 2, height
 
 
 def largest_square(mask: NDArray[np.bool_]) -> tuple[int, int, int]:

@@ -739,6 +739,21 @@ def test_names_of_regions_are_written_in_a_colour_that_their_ground_shows():
     assert (left.get_color(), right.get_color()) == (palette.INK, palette.PAPER)
 
 
+def test_the_name_of_a_region_is_beside_a_curve_that_crosses_it():
+    curve = result_of("grazing-curves")
+    umap = map_of([(1, 1, 1), (2, 1, 1)])
+    middle = float(umap.clearance.mean())
+    flat = replace(curve, clearance=np.full_like(curve.clearance, middle))
+    alone, crossed = umap.plot(), umap.plot(curve=flat)
+    for ax in (alone, crossed):
+        ax.figure.draw_without_rendering()
+    assert len(alone.texts) == len(crossed.texts) == 2
+    up = crossed.transData.transform((0.0, middle))[1]
+    for text in crossed.texts:
+        box = text.get_window_extent()
+        assert not box.y0 < up < box.y1
+
+
 def test_where_nothing_was_found_nothing_but_the_reason_is_drawn():
     nothing = {"converged": False, "reason": "steps become too short"}
     ax = result_of("periodic-orbits", nothing).plot()
