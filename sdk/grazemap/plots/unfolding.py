@@ -228,13 +228,16 @@ def _largest_room(mask: NDArray[np.bool_]) -> tuple[int, int, int]:
     """Return (row, column, height) of the middle of the largest room for a name among true entries; 0 for none."""
     rows, columns = mask.shape
     wide = max(1, round(_WIDE_ROOM * columns / rows))
-    blocks = mask[:, : columns // wide * wide].reshape(rows, -1, wide).all(axis=2)
+    blocks: NDArray[np.bool_] = np.all(mask[:, : columns // wide * wide].reshape(rows, -1, wide), axis=2)
     row, column, height = largest_square(blocks) if blocks.size else (0, 0, 0)
     return row, wide * column + wide // 2, height
 
 
 def largest_square(mask: NDArray[np.bool_]) -> tuple[int, int, int]:
-    """Return (row, column, side) of the middle of the largest square of true entries; the side is 0 for none."""
+    """Return (row, column, side) of the middle of the largest square of true entries; the side is 0 for none.
+
+    Of several it is the most central.
+    """
     sides = np.zeros(mask.shape, dtype=np.int64)
     remaining, side = mask, 0
     while remaining.any():
@@ -243,6 +246,7 @@ def largest_square(mask: NDArray[np.bool_]) -> tuple[int, int, int]:
         smaller = np.zeros_like(remaining)
         smaller[1:, 1:] = remaining[1:, 1:] & remaining[:-1, 1:] & remaining[1:, :-1] & remaining[:-1, :-1]
         remaining = smaller
-    row, column = np.unravel_index(int(sides.argmax()), sides.shape)
-    largest = int(sides[row, column])
-    return int(row) - largest // 2, int(column) - largest // 2, largest
+    largest = int(sides.max())
+    places = np.argwhere(sides == largest)
+    row, column = places[np.argmin(np.sum((places - places.mean(axis=0)) ** 2, axis=1))].tolist()
+    return row - largest // 2, column - largest // 2, largest
