@@ -186,7 +186,7 @@ BASINS = """async ([names, seen = []]) => {
     const label = names.map((_, k) => [k, k, -1]);
     const attractors = names.map((label) => ({ label, kind: "periodic", share: 1 / names.length }));
     const machine = { oscillator: null, stops: "equal", left: null, periods: 400 };
-    const answer = { label, attractors, horizontal: [0, 1, 2], vertical: names.map((_, k) => k) };
+    const answer = { label, attractors, horizontal: [0, 1, 2], vertical: names.map((_, k) => k), displacement: [[0]] };
     await showBasins({ machine, at: [0.29, 1.6], colours, compute: async () => answer });
     const { swatch } = await import("/dom.js");
     const styleOf = ({ style }) => style.backgroundColor + style.backgroundImage;

@@ -3,6 +3,7 @@ import { CURVE_POINTS, leavesGraze } from "./curves.js";
 import { LAYERS } from "./layers.js";
 import { isUsual } from "./parameters.js";
 import * as requests from "./requests.js";
+import { USUAL_UNITS, isSI } from "./units.js";
 
 // The request of one map with the points of a view; `ranges` are { x, y }, ranges of the API.
 const mapOf = ({ machine, plane, layer, policy }, { x, y }) =>
@@ -49,14 +50,18 @@ function* overlays({ machine, plane, curves }, { x, y }) {
 }
 
 // The lines that draw the map in the layer of the view.
-function drawing({ layer }, over) {
+function drawing({ layer, machine, units, plane }, over) {
+  const isUsualIn = Object.entries(USUAL_UNITS).every(([kind, unit]) => units[kind] === unit);
+  const inUnits = isSI(machine) && !isUsualIn ? `.in_units(${Object.values(units).map(python).join(", ")})` : "";
   const { field, observables, text } = LAYERS[layer];
   const given = over.map(([name]) => `${name}=${name}`);
-  if (!field || observables) return [`axes = umap.plot(${[...(field ? [python(field)] : []), ...given].join(", ")})`];
+  if (!field || observables)
+    return [`axes = umap${inUnits}.plot(${[...(field ? [python(field)] : []), ...given].join(", ")})`];
   return [
     "axes = matplotlib.pyplot.figure().add_subplot()",
     `values = axes.pcolormesh(umap.horizontal, umap.vertical, umap.${field})`,
     `axes.figure.colorbar(values, label=${python(text)})`,
+    `axes.set(xlabel=${python(plane.horizontal)}, ylabel=${python(plane.vertical)})`,
   ];
 }
 

@@ -51,6 +51,7 @@ export async function showBasins(panel) {
   });
   drawn.setAttribute("aria-describedby", "basins-say");
   const spoken = element("p", { role: "status" });
+  const others = rest.displacement.length > 1 ? ", the other masses at rest" : "";
   const all = label.flat();
   const open = all.filter((number) => number < 0).length / all.length;
   const isOne = names.length === 1 && !open;
@@ -64,16 +65,16 @@ export async function showBasins(panel) {
       panel.choose({
         start: { displacement, velocity: displacement.map((_, mass) => (mass ? 0 : vertical[row])) },
         label: labelOf(attractors[label[row][column]] ?? {}),
-        note: `From ${place(column, row)} of mass 1, any other masses at rest.`,
+        note: `From ${place(column, row)} of mass 1${others}.`,
       });
     },
   });
   const text =
-    "Each point is a start: mass 1 with this displacement and velocity, any other masses at rest. Its colour is the " +
+    `Each point is a start: mass 1 with this displacement and velocity${others}. Its colour is the ` +
     "motion that follows. Press it, or go there with arrow keys and Enter, to see that motion. " +
     (isOne
       ? "All starts of this picture lead to the same motion."
-      : "The shares count these starts, those of other motions random ones of all masses.");
+      : "The shares count these starts. Motions that none of them leads to were met from random states.");
   byId("basins").replaceChildren(
     drawn,
     spoken,
@@ -120,6 +121,7 @@ export async function showBranch(panel) {
       { ...part((k) => !stable(k)), kind: "unstable" },
       { ...part(stable), kind: "motion" },
     ],
+    bars: [{ x: shown(machine, quantity, y), kind: "here" }],
     dots: branch.special_points.map((point) => ({
       x: read(point.parameter),
       y: Math.abs(point.velocities[0] ?? 0),
@@ -144,7 +146,7 @@ export async function showBranch(panel) {
   byId("branch").replaceChildren(
     drawn,
     spoken,
-    element("p", {}, "Dashed: unstable or not ", term("admissible"), "."),
+    element("p", {}, "Dashed: unstable or not ", term("admissible"), ". Grey line: the open point."),
     element(
       "ul",
       {},

@@ -135,6 +135,7 @@ export class Legend {
     byId("legend").replaceChildren(...first.map(({ label, share }) => this.#entry(label, share)));
     const others = all.length - first.length;
     if (others) byId("legend").append(this.#rest(others, first.length < Math.min(all.length, NAMED)));
+    if (first.length > FIRST) byId("legend").append(this.#grows("fewer", false));
     const buttons = [...byId("legend").querySelectorAll("button")];
     if (this.#hasGrown) buttons[FIRST]?.focus();
     else if (focused) buttons.find(({ value }) => value === focused)?.focus();
@@ -145,12 +146,18 @@ export class Legend {
   #rest(others, hasMore) {
     const text = others === 1 ? "one other" : `${others} others`;
     if (!hasMore) return element("li", { textContent: `and ${text}` });
-    const more = element("button", { type: "button", textContent: `and ${text} …` });
-    more.addEventListener("click", () => {
-      this.#isWhole = this.#hasGrown = true;
+    return this.#grows(`and ${text} …`, true);
+  }
+
+  // A button that shows the whole legend, or its first motions.
+  #grows(textContent, isWhole) {
+    const button = element("button", { type: "button", textContent });
+    button.addEventListener("click", () => {
+      this.#isWhole = isWhole;
+      this.#hasGrown = isWhole;
       this.changed();
     });
-    return element("li", {}, more);
+    return element("li", {}, button);
   }
 
   #entry(label, share) {

@@ -19,6 +19,7 @@ import { named, shown, symbolOf, unitOf } from "./units.js";
 const AWAY = 100; // times a clearance, where no stop is reached
 const PERIODS_SHOWN = 12;
 const PERIODS_OF_CHAOS = 60; // or of another motion that does not repeat
+const NEARLY = ", ready in about 0 s";
 const NEIGHBOURS = "neighbouring-motions"; // a heading of the glossary
 const HALF = { width: 160, height: 132 };
 const LOW = { width: 320, height: 110 };
@@ -207,7 +208,7 @@ export class PointPanel {
 
   async compute(process, request, { signal } = this.#motion) {
     try {
-      const onJob = (job) => this.#sayWork(job.waiting_for && `Waiting for ${job.waiting_for}.`);
+      const onJob = (job) => this.#sayWork(job.waiting_for && `Waiting for ${job.waiting_for.replace(NEARLY, "")}.`);
       return (await compute(process, request, { signal, priority: 8, onJob })).data;
     } finally {
       signal.throwIfAborted();
