@@ -174,6 +174,7 @@ def test_the_colour_bar_of_a_picture_has_numbers(tiny: Watched, url: str, tmp_pa
     page = tiny.page
     shown(tiny, url, f"{NEAR}&layer=exponent")
     expect(page.locator("#ramp-ends span")).to_have_count(3)
+    expect(page.locator("#ramp-missing")).to_have_text("Grey: it was not measured.")  # all tiles are there
     ends = page.locator("#ramp-ends span").all_inner_texts()
     drawn = ElementTree.fromstring(saved(page, "SVG", tmp_path).read_text())
     places = {text.text: float(text.get("x", "nan")) for text in drawn.iter(f"{SVG}text")}

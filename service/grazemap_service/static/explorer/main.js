@@ -488,6 +488,12 @@ function finestSeen(seenTiles = seen()) {
   return seenTiles.filter(({ preview, points, x }) => !preview && points === POINTS && x[1] - x[0] === size);
 }
 
+// The tiles that may be seen: no previews where all verified tiles of the window are there.
+function uncovered(seenTiles) {
+  const { done, total } = tiles.progress();
+  return total > 0 && done === total ? seenTiles.filter(({ preview }) => !preview) : seenTiles;
+}
+
 // Whether labels are not known better than to the distance of neighbouring points.
 function roundOffDecides(seenTiles) {
   const finest = finestSeen(seenTiles);
@@ -547,7 +553,7 @@ function show() {
   viewForm.show(state);
   windowForm.show(state);
   pointForm.show(state);
-  legend.show(state, motions, range, LAYERS[state.layer].field ? withoutValues(state.layer, seenTiles) : {});
+  legend.show(state, motions, range, LAYERS[state.layer].field ? withoutValues(state.layer, uncovered(seenTiles)) : {});
   legend.explain(plane.scene, state);
   if (!plane.view) return say(seenTiles); // the first one is not there yet
   story.look({
