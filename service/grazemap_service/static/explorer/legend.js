@@ -74,9 +74,9 @@ export class Legend {
     return [...lines.filter(isSeen), ...marks.filter((mark) => meets(x, mark.x) && meets(y, mark.y))];
   }
 
-  // What the legend says of what is in sight in a window: { motions, ramp, key, meanings }. Motions are { label, share }, meanings
-  // { text, before, numbered, shape } with their colours; `ramp` is { text, ends, missing, diverging } where values are shown, `key`
-  // the text that explains motions elsewhere.
+  // What the legend says of what is in sight in a window: { motions, ramp, key, meanings }. Motions are { label, share },
+  // meanings { text, before, numbered, shape } with their colours; `ramp` is { text, ends, missing, diverging } where
+  // values are shown, `key` the text that explains motions elsewhere.
   inSight(scene, window) {
     const drawn = this.#drawn(scene, window);
     return { ...this.#inSight, meanings: this.#meanings.filter(({ isSeen }) => drawn.some(isSeen)) };
