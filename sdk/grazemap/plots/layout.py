@@ -192,7 +192,7 @@ def emptiest_corner(ax: Axes, legend: Legend) -> Corner:
 def points_of(ax: Axes, drawn_before: int = 0) -> Floats:
     """Return the points of the lines and the symbols on axes in pixels, (points, 2), with some between few vertices.
 
-    Lines and symbols of lines that were `drawn_before` others are left out: so many.
+    The first `drawn_before` lines of the axes are left out.
     """
     parts = [np.zeros((0, 2))]
     for line in ax.lines[drawn_before:]:

@@ -192,9 +192,9 @@ def _cells_at(umap: UnfoldingMap, places: NDArray[np.float64]) -> list[NDArray[n
 def _name_region(
     drawing: Drawing, pen: Pen, umap: UnfoldingMap, motion: MotionShare, ground: str, free: NDArray[np.bool_]
 ) -> None:
-    """Write a motion's label where the largest square fits into its region, if that is large enough to read.
+    """Write a motion's label in the middle of its region, if that is large enough to read.
 
-    Curves cross no points that are `free`, of the shape of the map; the region may have no room beside them.
+    It is beside curves where there is room: on points that are `free` of them, of the shape of the map.
     """
     step = -(-max(umap.kind.shape) // _MEASURED_SIDE)
     mask = umap.mask(motion)[::step, ::step]

@@ -444,8 +444,7 @@ def test_a_series_that_comes_to_rest_is_no_simple_motion_whatever_it_is_compared
     assert first == backwards[::-1]
 
 
-SWEPT = """async (windows) => {
-    const seen = globalThis.fetch;
+ANSWERED = """
     globalThis.Worker = class {
         postMessage({ number }) {
             const tile = { labels: ["1-1r-1l"], motion: new Uint16Array(1) };
@@ -453,6 +452,13 @@ SWEPT = """async (windows) => {
         }
     };
     const headers = { Location: "v1/jobs/1", "Preference-Applied": "return=representation" };
+"""
+"""A decoder whose tiles have one motion, and the headers of a result."""
+
+SWEPT = (
+    f"async (windows) => {{{ANSWERED}"
+    """
+    const seen = globalThis.fetch;
     globalThis.fetch = async () => new Response("npz", { headers });
     const { serve } = await import("/api.js");
     const { Tiles } = await import("/tiles.js");
@@ -468,6 +474,7 @@ SWEPT = """async (windows) => {
     globalThis.fetch = seen;
     return shown;
 }"""
+)
 
 
 def test_one_sweep_is_shown_at_a_time(page: Page) -> None:
@@ -481,15 +488,10 @@ def test_one_sweep_is_shown_at_a_time(page: Page) -> None:
     ]
 
 
-LEFT = """async ([deep, wide, domains]) => {
+LEFT = (
+    f"async ([deep, wide, domains]) => {{{ANSWERED}"
+    """
     const seen = globalThis.fetch;
-    globalThis.Worker = class {
-        postMessage({ number }) {
-            const tile = { labels: ["1-1r-1l"], motion: new Uint16Array(1) };
-            setTimeout(() => this.onmessage({ data: { number, tile } }));
-        }
-    };
-    const headers = { Location: "v1/jobs/1", "Preference-Applied": "return=representation" };
     let isHeld = true;
     globalThis.fetch = async (path, { body }) => {
         if (isHeld && !JSON.parse(body).preview) await new Promise(() => {});
@@ -511,6 +513,7 @@ LEFT = """async ([deep, wide, domains]) => {
     globalThis.fetch = seen;
     return drawn;
 }"""
+)
 
 
 def test_previews_of_a_view_that_was_left_do_not_cover_what_is_verified(page: Page) -> None:

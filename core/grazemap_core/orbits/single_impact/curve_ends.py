@@ -70,7 +70,7 @@ class CurvePoints(NamedTuple):
 
 
 class End(NamedTuple):
-    """Where a piece ends: at a frequency, of which a neighbour has no point of the piece."""
+    """The end of a piece: its last frequency, whose neighbour has no point of the piece."""
 
     at: CurvesAt
     """The curves at these two frequencies, and at others."""

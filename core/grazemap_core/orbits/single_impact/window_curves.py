@@ -269,7 +269,7 @@ def _pieces_of_steady(curve_at: Callable[[Floats], OneImpactCurve | None], windo
 
     def curves_at(omega: Floats) -> CurvesAt:
         curve = curve_at(omega)
-        return CurvesAt(omega, [] if curve is None else [curve], *2 * [always])
+        return CurvesAt(omega, [] if curve is None else [curve], always, always)
 
     return _pieces("GR", curves_at(window.omega), curves_at, window, STEADY)
 

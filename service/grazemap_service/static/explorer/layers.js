@@ -88,8 +88,10 @@ export function rangeOf(layer, tiles, before = null) {
 export function withoutValues(layer, tiles) {
   const { field } = LAYERS[layer];
   const verified = tiles.filter(({ preview }) => !preview);
-  const isOpen = (/** @type {Tile} */ { labels, motion, [field]: values }) =>
-    motion.some((label, k) => isFree(labels[label]) && !Number.isFinite(values?.[k]));
+  const isOpen = (/** @type {Tile} */ { labels, motion, [field]: values }) => {
+    const free = labels.findIndex(isFree); // at most one
+    return free >= 0 && motion.some((label, k) => label === free && !Number.isFinite(values?.[k]));
+  };
   return { isCream: verified.some(isOpen), isPale: verified.length < tiles.length };
 }
 
